@@ -18,7 +18,7 @@ from ..files.spreadsheet_guard import GuardedCsv
 from ..signals.units import SI_UNITS, UnitError, to_si
 from .errors import IngestError, enumerated
 from .folder import FILE as CAMPAIGN
-from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
+from .readers import AS_IN_FILE, ReadingOptions, RecordingError, all_readers, open_recording
 from .readers.contents import one_line
 from .recording_files import recording_path
 from .runs import FILES
@@ -143,7 +143,7 @@ def _recordings(folder: Path, pattern: str | None) -> list[str]:
         raise IngestError(
             f"--recordings is {pattern!r}; expected a pattern or a folder within {folder}"
         )
-    suffixes = {suffix for reader in READERS for suffix in reader.suffixes}
+    suffixes = {suffix for reader in all_readers() for suffix in reader.suffixes}
     place = folder / text
     try:
         files = place.rglob("*") if place.is_dir() else folder.glob(text)

@@ -21,6 +21,7 @@ from sqlalchemy import Connection, Engine, event, func, insert, inspect, select
 from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session, SessionTransaction
 
+from ..plugins import with_packages
 from . import migrate
 from .access.permissions import refusal
 from .addresses import address_for_display
@@ -71,7 +72,7 @@ class Writer:
         except (KeyError, OSError):  # a container's user without a name
             user = "unknown"
         row = insert(Provenance).values(
-            software_version=self.software_version,
+            software_version=with_packages(self.software_version),
             command=self.command,
             user=user,
             host=socket.gethostname(),

@@ -16,9 +16,9 @@ from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation
 from ..web.dependencies import Configured, OpenStore, Running
-from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
+from .json_route import in_address
 
 #: Larger files are given by their path.
 _MOST_BYTES = 2_000_000
@@ -37,9 +37,7 @@ async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
             texts[name] = [content.decode("utf-8-sig", "replace")]
         else:
             texts.setdefault(name, []).append(value)
-    for name, part in http.path_params.items():
-        texts[name] = [str(part).replace(INNER_SLASH, "/")]
-    return texts
+    return texts | {name: [text] for name, text in in_address(http).items()}
 
 
 SentTexts = Annotated[Mapping[str, list[str]], Depends(sent_texts)]

@@ -30,7 +30,7 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
         running: Running,
         settings: Configured,
     ) -> Any:
-        request = _request(operation, {**_sent(http, method, body), **_in_address(http)})
+        request = _request(operation, {**_sent(http, method, body), **in_address(http)})
         laboratory = Laboratory(store, settings.db, folders=settings.folders)
         if operation.long:
             return ask_operation(operation, request, laboratory, running).as_json()
@@ -57,7 +57,8 @@ def _no_progress(_done: int, _total: int, _what: str) -> None:
     pass
 
 
-def _in_address(http: HttpRequest) -> dict[str, str]:
+def in_address(http: HttpRequest) -> dict[str, str]:
+    """The fields of a request that stand in the address."""
     return {name: str(text).replace(INNER_SLASH, "/") for name, text in http.path_params.items()}
 
 

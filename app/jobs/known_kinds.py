@@ -38,7 +38,7 @@ KINDS = KindTable(
     {
         **{
             name: (f".app.operations.{module}", attribute)
-            for name, (module, attribute) in OPERATIONS.items()
+            for name, (module, attribute, *_) in OPERATIONS.items()
         },
         "ingest": (".app.jobs.job_kinds.ingest", "INGEST"),
         "check": (".app.jobs.job_kinds.ingest", "CHECK"),

@@ -48,7 +48,12 @@ def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
 
 
 def _job_result(result: Result) -> JobResult:
-    return JobResult(result.address(), result.summary(), finite(result.to_json()))
+    return JobResult(result.address(), result.summary(), finite(_job_data(result)))
+
+
+def _job_data(result: Result) -> Any:
+    keys = result.stored_keys()
+    return {**keys, **result.to_json()} if keys else result.to_json()
 
 
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:

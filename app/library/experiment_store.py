@@ -185,10 +185,10 @@ class ExperimentStore:
     @raises_library_errors
     def datasets(self) -> pd.DataFrame:
         """A frozen dataset in each row: name, hash, pulses, campaigns."""
-        from ..operations.train.stored_datasets import LIST_DATASETS
+        from ..operations.train.stored_datasets import DATASET_LIST
 
-        request = LIST_DATASETS.request()
-        listed = answer_of(LIST_DATASETS, request, Laboratory(self.store, self.url))
+        request = DATASET_LIST.request()
+        listed = answer_of(DATASET_LIST, request, Laboratory(self.store, self.url))
         return frame_of(listed.to_json(), ("name", "hash", "pulses", "campaigns"))
 
     @raises_library_errors
@@ -207,14 +207,14 @@ class ExperimentStore:
                 dataset build`.
         """
         from ...dataset.snapshot import read_snapshot
-        from ..operations.train.build_dataset import BUILD_DATASET, DatasetBuilding
+        from ..operations.train.build_dataset import DATASET_BUILD, DatasetBuilding
         from ..operations.train.service import FrozenDataset
 
         if campaigns is None:
             return FrozenDataset(read_snapshot(self.store, name))
         values = {"name": name, "campaigns": _names(campaigns), **settings}
         request = read(DatasetBuilding, values, "python")
-        built = answer_of(BUILD_DATASET, request, Laboratory(self.store, self.url)).built
+        built = answer_of(DATASET_BUILD, request, Laboratory(self.store, self.url)).built
         return FrozenDataset(built.snapshot)
 
     @raises_library_errors

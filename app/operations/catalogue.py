@@ -12,16 +12,33 @@ from typing import Any
 
 from .operation import Operation
 
-#: Name -> (module below this package, attribute).
-OPERATIONS: dict[str, tuple[str, str]] = {
-    "plan": ("plan.make", "PLAN"),
-    "train": ("train.train", "TRAIN"),
-    "compare": ("train.compare", "COMPARE"),
-    "promote": ("train.promote", "PROMOTE"),
-    "build-dataset": ("train.build_dataset", "BUILD_DATASET"),
-    "list-datasets": ("train.stored_datasets", "LIST_DATASETS"),
-    "show-dataset": ("train.stored_datasets", "SHOW_DATASET"),
-    "trace-pulse": ("train.stored_datasets", "TRACE_PULSE"),
+#: Name -> (module below this package, attribute, and the words of its commands). The words stand
+#: here and not with the operations, so that a command imports its own operation alone.
+OPERATIONS: dict[str, tuple[str, ...]] = {
+    "plan": ("plan.make", "PLAN", "plan"),
+    "plan-list": ("plan.status", "PLAN_LIST", "plan list", "plans list"),
+    "plan-status": ("plan.status", "PLAN_STATUS", "plan status", "plans show"),
+    "plan-quality": ("plan.judge", "PLAN_QUALITY", "plan quality"),
+    "plan-sheet": ("plan.sheet", "PLAN_SHEET", "plan sheet"),
+    "plan-decide": ("plan.runs", "PLAN_DECIDE", "plan decide"),
+    "plan-discard": ("plan.runs", "PLAN_DISCARD", "plan discard"),
+    "plan-augment": ("plan.runs", "PLAN_AUGMENT", "plan augment"),
+    "plan-delete": ("plan.status", "PLAN_DELETE", "plans delete"),
+    "simulate": ("plan.simulate", "SIMULATE", "simulate"),
+    "train": ("train.train", "TRAIN", "train"),
+    "compare": ("train.compare", "COMPARE", "compare"),
+    "promote": ("train.promote", "PROMOTE", "promote"),
+    "dataset-build": ("train.build_dataset", "DATASET_BUILD", "dataset build"),
+    "dataset-list": ("train.stored_datasets", "DATASET_LIST", "dataset list", "datasets list"),
+    "dataset-show": ("train.stored_datasets", "DATASET_SHOW", "dataset show", "datasets show"),
+    "dataset-trace": ("train.stored_datasets", "DATASET_TRACE", "dataset trace"),
+    "dataset-export": ("train.stored_datasets", "DATASET_EXPORT", "dataset export"),
+    "dataset-delete": (
+        "train.stored_datasets",
+        "DATASET_DELETE",
+        "dataset delete",
+        "datasets delete",
+    ),
 }
 
 
@@ -29,10 +46,20 @@ def operation(name: str) -> Operation[Any, Any]:
     """The operation of a name. Raises `LookupError` for one that there is not."""
     if name not in OPERATIONS:
         raise LookupError(f"no operation {name!r}; there are: {', '.join(OPERATIONS)}")
-    module, attribute = OPERATIONS[name]
+    module, attribute, *_ = OPERATIONS[name]
     declared = getattr(importlib.import_module(f".{module}", __package__), attribute)
     assert isinstance(declared, Operation)
     return declared
+
+
+def commands_of_noun(noun: str) -> dict[str, str]:
+    """The word behind a noun -> the operation; "" of one whose words are the noun alone."""
+    return {
+        " ".join(words.split()[1:]): name
+        for name, (_, _, *commands) in OPERATIONS.items()
+        for words in commands
+        if words.split()[0] == noun
+    }
 
 
 def operations() -> Iterator[Operation[Any, Any]]:

@@ -239,11 +239,23 @@ Points = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_points)]
 Value = TypeVar("Value")
 
 
-def pairs(parse: Callable[[str, str, Any], Value], of: Any) -> Any:
+@dataclass(frozen=True)
+class Spelling:
+    """How a value of a field of pairs is written behind its key, so that it is read as it was."""
+
+    spell: Callable[[str, Any], str]
+
+
+def pairs(
+    parse: Callable[[str, str, Any], Value],
+    of: Any,
+    spell: Callable[[str, Value], str] | None = None,
+) -> Any:
     """A field of names with values: a mapping, or texts such as "NAME=VALUE".
 
     `parse(name of the field, key, value)` reads a value, which of a text is what stands behind the
-    sign of equality, "" where there is none; `of` is the type of what it returns.
+    sign of equality, "" where there is none; `of` is the type of what it returns. `spell(key,
+    value)` writes a value as `parse` reads it, where that is not its usual text.
     """
 
     def of_value(value: Any, info: ValidationInfo) -> Any:
@@ -261,7 +273,13 @@ def pairs(parse: Callable[[str, str, Any], Value], of: Any) -> Any:
                     read[key.strip()] = parse(field_name, key.strip(), part.strip())
         return read
 
-    return Annotated[dict[str, of], BeforeValidator(of_value)]
+    spelling = () if spell is None else (Spelling(spell),)
+    return Annotated[(dict[str, of], BeforeValidator(of_value), *spelling)]
+
+
+def spelling_of(field: FieldInfo) -> Spelling | None:
+    """How the values of a field of pairs are written; None: as usual."""
+    return next((entry for entry in _metadata(field) if isinstance(entry, Spelling)), None)
 
 
 #: Seeds of every generator of random numbers here.

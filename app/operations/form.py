@@ -11,11 +11,13 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from .faults import Fault, RequestError, bare, bounds, expectation, read, read_variant
-from .fields import TextFile, presentation_of
+from .fields import TextFile, presentation_of, spelling_of
 from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
 FILE = ".file"
+#: What a hidden control sends for a checkbox that may be ticked.
+UNTICKED = "false"
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def controls(
 
 def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[str]) -> Control:
     shown, kind, limits = presentation_of(field), bare(field.annotation), bounds(field)
-    default = "" if field.default is PydanticUndefined else text_of(field.default)
+    default = "" if field.default is PydanticUndefined else _text_in(field, field.default)
     label = shown.label or name.replace("_", " ").capitalize()
     if shown.unit:
         label = f"{label} (with its unit, such as {(field.examples or [shown.unit])[0]})"
@@ -129,12 +131,20 @@ def text_of(value: Any) -> str:
     return str(value)
 
 
+def _text_in(field: FieldInfo, value: Any) -> str:
+    """A value of a field as its control holds it."""
+    spelling = spelling_of(field)
+    if spelling is None or not isinstance(value, Mapping):
+        return text_of(value)
+    return ",".join(f"{key}={spelling.spell(key, part)}" for key, part in value.items())
+
+
 def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
     """The values of a request by control: those that are not the default, or everything."""
     fields = type(request).model_fields
     values = {name: getattr(request, name) for name in fields}
     return {
-        name: text_of(value)
+        name: _text_in(fields[name], value)
         for name, value in values.items()
         if everything or name == "method" or value != fields[name].default
     }
@@ -150,9 +160,11 @@ def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]])
     for name, texts in sent.items():
         field_name = name.removesuffix(FILE)
         filled = [text for text in texts if text.strip()]
+        if len(filled) > 1:  # a hidden control stands before a checkbox
+            filled = [text for text in filled if text != UNTICKED]
         if filled and (name == field_name or not values.get(field_name)):
             several = len(filled) > 1 and _takes_several(operation, field_name)
-            values[field_name] = filled if several else filled[-1]
+            values[field_name] = filled if several else ",".join(filled)
     missing = [name for name in form_page(operation).required if name not in values]
     if missing:
         fields = operation.request.model_fields
@@ -171,7 +183,7 @@ def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]])
 
 
 def _takes_several(operation: Operation[Any, Any], name: str) -> bool:
-    """Whether a field takes a list: of another one, the last control counts."""
+    """Whether a field takes a list: of another one, the texts have commas between them."""
     fields = [request.model_fields.get(name) for request in operation.requests()]
     return any(
         get_origin(bare(field.annotation)) in (tuple, list) for field in fields if field is not None

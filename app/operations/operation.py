@@ -62,6 +62,18 @@ class Table:
     empty: str = "none"
 
 
+@dataclass(frozen=True)
+class Lines:
+    """Sentences of a result under a heading of their own; left out where there are none."""
+
+    title: str
+    sentences: Sequence[Sentence | str]
+
+
+class NegativeAnswerError(ValueError):
+    """The answer is no, and there is nothing to show: exit code 1 on the command line."""
+
+
 class Result:
     """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
     else."""
@@ -84,9 +96,13 @@ class Result:
         """The answer in words."""
         return ()
 
-    def tables(self) -> Sequence[Table]:
-        """The answer in rows."""
+    def tables(self) -> Sequence[Table | Lines]:
+        """The answer in rows, and what is said of its parts."""
         return ()
+
+    def text(self) -> str:
+        """The answer as it is printed in place of its tables, of one that is laid out already."""
+        return ""
 
     def figures(self) -> Sequence[Plot]:
         """The answer in pictures."""
@@ -100,6 +116,10 @@ class Result:
         """What the JSON route answers; mostly the same."""
         return self.to_json()
 
+    def stored_keys(self) -> Mapping[str, Any]:
+        """Numbers under which the answer is stored: a job's result has them before its JSON."""
+        return {}
+
     def address(self) -> str:
         """The page that shows the answer; empty where the page of its job does."""
         return ""
@@ -111,6 +131,27 @@ class Result:
     def next_command(self) -> Sequence[str]:
         """Words of the command that usually follows; none where nothing does."""
         return ()
+
+
+@dataclass(frozen=True)
+class Rows(Result):
+    """The answer of a listing. On the command line its rows can be sorted, chosen by column and
+    written as CSV."""
+
+    rows: Sequence[Mapping[str, Any]]
+    empty: str
+
+    def tables(self) -> Sequence[Table]:
+        """The one table."""
+        return (Table("", [self.shortened(row) for row in self.rows], self.empty),)
+
+    def shortened(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """A row as a table of limited width shows it."""
+        return dict(row)
+
+    def to_json(self) -> Any:
+        """All rows with all their columns."""
+        return [dict(row) for row in self.rows]
 
 
 Asked = TypeVar("Asked", bound=Request)
@@ -131,6 +172,8 @@ class Output(Generic[Answer]):
     endings: tuple[str, ...] = ()
     in_place_of_tables: bool = False
     older: str = ""
+    #: The command does nothing else than to write it.
+    required: bool = False
 
 
 @dataclass(frozen=True)
@@ -169,13 +212,22 @@ class Operation(Generic[Asked, Answer]):
     #: Method and address of the JSON route below /api; fields of the request may stand in it.
     route: tuple[Literal["GET", "POST"], str] | None = None
     variants: Sequence[type[Asked]] = ()
+    #: Its result is `Rows`.
+    listing: bool = False
     #: Takes more than a second: a job at every door that cannot wait.
     long: bool = False
     #: What the steps of its progress are, such as "shots".
     steps: str = "steps"
-    #: Help of the number of processes, of an operation that several can work on.
-    workers: str = ""
     creates_store: bool = False
+    #: Works without a store, too: an empty one stands for it, and is gone afterwards.
+    needs_store: bool = True
+    #: Neither reads nor writes the store: the command has no `--db`.
+    uses_store: bool = True
+    #: Help of `--jobs` of an operation whose work `Laboratory.executor` does.
+    workers: str = ""
+    #: What would be lost, of an operation that deletes: the command asks before, and takes `--yes`
+    #: and `--dry-run`. Raises what would refuse the deletion.
+    deletes: Callable[[Asked, Laboratory], str] | None = None
     outputs: Sequence[Output[Any]] = ()
     absent: Mapping[Door, str] = field(default_factory=dict)
     #: Raises what would only be refused after the work; called before a job is queued.

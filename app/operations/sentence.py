@@ -158,6 +158,7 @@ def sentence(
     template: str,
     rule: Rule | None = None,
     evidence: Mapping[str, Any] | None = None,
+    /,
     **shown: Number | str,
 ) -> Sentence:
     """A sentence of `template.format(**shown)`, which rests on the numbers that it shows."""

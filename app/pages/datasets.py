@@ -19,11 +19,11 @@ from ...schema.listings import list_campaigns
 from ...schema.session import Store
 from ..common.model_registry import models_extra, registry_at
 from ..operations.form import controls
-from ..operations.train.build_dataset import BUILD_DATASET
+from ..operations.train.build_dataset import DATASET_BUILD
 from ..operations.train.datasets import correlation_rows, range_rows, snapshot_as_json
 from ..operations.train.figures import version_rows
 from ..operations.train.train import TRAIN
-from ..operations.train.wording import MODEL_SENTENCES, bounded, share, share_range
+from ..operations.train.wording import bounded, model_sentences, share, share_range
 from ..web.dependencies import Configured, Name, OpenStore
 from ..web.rendering import page, part
 
@@ -95,7 +95,7 @@ def datasets(request: Request, store: OpenStore, settings: Configured) -> Respon
         "datasets.html",
         rows=dataset_rows(store, settings.db),
         campaigns=[row for row in store.read(list_campaigns) if row["impacts"]],
-        controls=controls(BUILD_DATASET, names=("quality", "velocity", "predictors")),
+        controls=controls(DATASET_BUILD, names=("quality", "velocity", "predictors")),
     )
 
 
@@ -159,7 +159,7 @@ def training_form(
             for row in rows
         ],
         dataset=dataset,
-        models=MODEL_SENTENCES,
+        models=model_sentences(),
         splits=list(SPLITS.items()),
         controls=controls(TRAIN, names=("budget", "seed")),
     )

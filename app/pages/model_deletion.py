@@ -14,7 +14,6 @@ from ...dataset.catalog import get_snapshot_row
 from ..common.model_registry import models_extra, needed
 from ..operations.train.deletion import (
     InUseError,
-    delete_dataset,
     delete_version,
     unused_version,
     versions_of_dataset,
@@ -45,12 +44,6 @@ def ask_dataset(request: Request, name: Name, store: OpenStore, settings: Config
             "can be built from them again."
         ],
     )
-
-
-@router.post("/datasets/{name}/delete")
-def dataset(name: Name, store: OpenStore, settings: Configured) -> Response:
-    delete_dataset(store, settings.db, name)
-    return RedirectResponse("/datasets", 303)
 
 
 @router.get("/models/{name}/{version}/delete")

@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Form, HTTPException, Query
+from fastapi import APIRouter, HTTPException, Query
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
 from ...doe.designs.methods import METHODS
 from ...doe.factors import DesignFactor
-from ...doe.plans import StoredPlan, list_plans, read_plan, tick_run
+from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
 from ...files.spreadsheet_guard import guarding
@@ -24,8 +24,8 @@ from ..figures.plotly_base import COLOURS, DIVERGING, Figure, bars, categories, 
 from ..operations.form import controls
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
-from ..web.dependencies import Key, Name, OpenStore
-from ..web.rendering import named_file, number, page, part
+from ..web.dependencies import Name, OpenStore
+from ..web.rendering import named_file, number, page
 
 
 def balance_figure(axis: Mapping[str, Any]) -> Figure:
@@ -232,17 +232,3 @@ def sheet_file(
         with guarding(spreadsheet_guard):
             write_sheet(plan, path)
         return named_file(path.read_bytes(), plan.name, ending, _FORMATS[ending])
-
-
-@router.post("/plans/{name}/runs/{run}")
-def tick(
-    name: Name,
-    run: Key,
-    store: OpenStore,
-    status: Annotated[Literal["planned", "done", "discarded"], Form()],
-    note: Annotated[str, Form(max_length=2000)] = "",
-) -> Response:
-    tick_run(store, name, run, status=status, note=note or None)
-    return RedirectResponse(
-        f"/plans/{part(name)}/sheet{f'?run={run}' if status == 'planned' else ''}", 303
-    )

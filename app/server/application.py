@@ -31,7 +31,6 @@ from ..doors.api import diagnose as diagnose_api
 from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
 from ..doors.api import jobs as jobs_api
-from ..doors.api import plan as plan_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
 from ..doors.api import tune as tune_api
@@ -81,7 +80,6 @@ _API = (
     train_api,
     predict_api,
     tune_api,
-    plan_api,
     validate_api,
 )
 PAGES = (

@@ -20,8 +20,8 @@ from ...parallel.executor import HERE, ExecutorConfig
 from ..evaluation.metrics import OF_MEAN, PulseErrors, mean_pulse_errors, pulse_errors
 from ..evaluation.summary import Estimate, summary
 from ..models.base import ContactPrediction
-from ..models.catalogue import Budget, BuildOptions, entry_of
-from ..models.serialization import pack, unpack
+from ..models.catalogue import MODEL_SPECS, Budget, BuildOptions, entry_of
+from ..models.serialization import pack, plugin_of, unpack
 from ..models.training_task import TrainingTask, rng_of
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
 
@@ -92,7 +92,9 @@ class FittingFailure:
 def task_of(model: str, split: str, context: TrainingContext) -> TrainingTask:
     """The training that this would be."""
     settings = entry_of(model).make(BuildOptions(budget=context.budget)).settings()
-    return TrainingTask(model, settings, context.dataset.hash, split, context.seed)
+    plugin = None if model in MODEL_SPECS else plugin_of(model)
+    package = f"{plugin.package} {plugin.version}" if plugin else ""
+    return TrainingTask(model, settings, context.dataset.hash, split, context.seed, package)
 
 
 def fit_task(

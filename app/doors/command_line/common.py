@@ -192,6 +192,20 @@ def open_for_dry_run(db: str) -> Iterator[Store]:
 
 
 @contextmanager
+def open_scratch_store() -> Iterator[Store]:
+    """An empty store that is gone afterwards, for work that needs none."""
+    with errors_as_one_line():
+        from tempfile import TemporaryDirectory
+
+        from ....schema.session import Writer, open_store
+
+        with TemporaryDirectory(prefix="pyroshock-") as folder:
+            writer = Writer(command_line(sys.argv), _version())
+            with open_store(f"sqlite:///{folder}/empty.db", writer, create=True) as store:
+                yield store
+
+
+@contextmanager
 def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():

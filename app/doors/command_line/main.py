@@ -72,8 +72,12 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "plan",
             "Design a campaign, write its run sheet, and see what is still to do.",
         ),
-        "plans": (".app.doors.commands.plans", "plans", "List the plans; show or delete one."),
-        "simulate": (".app.doors.commands.plan", "simulate", "Fire a plan on the virtual bench."),
+        "plans": (".app.doors.commands.plan", "plans", "List the plans; show or delete one."),
+        "simulate": (
+            ".app.operations.plan.simulate",
+            "SIMULATE",
+            "Fire a plan on the virtual bench.",
+        ),
     },
     "Models": {
         "dataset": (
@@ -82,7 +86,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Freeze pulses for training, and see what a dataset holds.",
         ),
         "datasets": (
-            ".app.doors.commands.datasets",
+            ".app.doors.commands.dataset",
             "datasets",
             "List the datasets; show or delete one.",
         ),
@@ -136,8 +140,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the diagnoses; show or delete one.",
         ),
         "blind-check": (
-            ".app.doors.commands.blind_check",
-            "blind_check",
+            ".app.operations.diagnose.blind_check",
+            "BLIND_CHECK",
             "Score the diagnosis on campaigns whose cause is withheld.",
         ),
     },
@@ -166,6 +170,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             ".app.doors.commands.store",
             "db",
             "Check, copy and upgrade a store; carry campaigns.",
+        ),
+        "plugins": (
+            ".app.doors.commands.plugins",
+            "plugins",
+            "List the readers, effects and models that other packages add.",
         ),
         "demo": (".app.doors.commands.demo", "demo", "Show the product in five chapters."),
     },

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from ....parallel.executor import HERE, ExecutorConfig
+from ....parallel.executor import ExecutorConfig
 from ...common.progress import progress_bar
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
-from ...operations.operation import Operation, Output, Request, Result
+from ...operations.operation import (
+    Lines,
+    NegativeAnswerError,
+    Operation,
+    Output,
+    Request,
+    Result,
+    Rows,
+)
 from . import completion
 from .common import (
     db_option,
@@ -25,12 +33,19 @@ from .common import (
     json_option,
     note,
     open_command_store,
+    open_for_dry_run,
+    open_scratch_store,
     print_table,
     spreadsheet_guard_option,
     worker_options,
     write_json,
 )
+from .listed import Listing, listing_options
 from .next_step import suggest_next
+from .options import confirm_deletion, deletion_options
+
+if TYPE_CHECKING:
+    from ....schema.session import Store
 
 _OUTPUT = "output_"
 #: Fields that a door knows from the operation itself.
@@ -38,20 +53,30 @@ _HIDDEN = ("method",)
 
 
 def command_of(
-    operation: Operation[Any, Any], request: type[Request] | None = None
+    operation: Operation[Any, Any], request: type[Request] | None = None, name: str = ""
 ) -> click.Command:
-    """The command of an operation, or of the variant of it that `request` is."""
+    """The command of an operation, or of the variant of it that `request` is; `name` is its last
+    word where it has several."""
     asked = request or operation.request
 
-    def call(db: str, json_to: str | None, executor: ExecutorConfig = HERE, **given: Any) -> None:
+    def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
         files = {}
         for output in operation.outputs:
-            paths = [given.pop(_OUTPUT + name, None) for name in (output.name, output.older)]
+            paths = [given.pop(_OUTPUT + spelled, None) for spelled in (output.name, output.older)]
             if any(paths):
                 files[output] = next(filter(None, paths))
-        _perform(operation, asked, _stated(given), files, db, executor, json_to)
+        for output in operation.outputs:
+            if output.required and output not in files:
+                fail(f"--{output.name} is missing; expected the path of a file")
+        executor = given.pop("executor", None)
+        dry_run = given.pop("dry_run", False)
+        listing = given.pop("listing", None)
+        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run, listing)
 
-    function: Any = json_option(db_option(call))
+    function: Any = db_option(call) if operation.uses_store else call
+    function = listing_options(function) if operation.listing else json_option(function)
+    if operation.deletes is not None:
+        function = deletion_options(function)
     if operation.workers:
         function = worker_options(operation.workers)(function)
     if operation.outputs:
@@ -61,8 +86,8 @@ def command_of(
     for name, field in reversed(asked.model_fields.items()):
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
-    name, text = _words(operation, asked)[-1], _help(operation, asked)
-    return click.command(name, cls=_WordsCommand, help=text)(function)
+    word = name or _words(operation, asked)[-1]
+    return click.command(word, cls=_WordsCommand, help=_help(operation, asked))(function)
 
 
 class _WordsCommand(click.Command):
@@ -192,6 +217,7 @@ def _with_default(field: FieldInfo) -> str:
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
     ending = "|".join(output.endings)
+    required = " [required]" if output.required else ""
     path = click.Path(path_type=Path, dir_okay=False)
 
     def decorated(function: Any) -> Any:
@@ -203,7 +229,7 @@ def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
             f"{_OUTPUT}{output.name}",
             type=path,
             metavar=f"FILE{ending}" if ending else "FILE",
-            help=output.help,
+            help=f"{output.help}{required}",
         )(function)
 
     return decorated
@@ -218,26 +244,49 @@ def _perform(
     values: Mapping[str, Any],
     files: Mapping[Output[Any], Path],
     db: str,
-    executor: ExecutorConfig,
     json_to: str | None,
+    executor: ExecutorConfig | None = None,
+    dry_run: bool = False,
+    listing: Listing | None = None,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
         asked = read(request, values, "command")
     progress = progress_bar(operation.title(asked), operation.steps)
-    with open_command_store(db, create=operation.creates_store) as store:
-        laboratory = Laboratory(store, db, executor)
+    with _opened(operation, db) as store:
+        laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
         if operation.check is not None:
             operation.check(asked, laboratory)
-        with progress as step:
-            result = operation.answer(asked, laboratory, step)
-        _tell(result, files, json_to)
+        if operation.deletes is not None:
+            lost = operation.deletes(asked, laboratory)
+            if dry_run:
+                note(f"{lost} can be deleted; nothing was deleted")
+                return
+            confirm_deletion(lost)
+        try:
+            with progress as step:
+                result = operation.answer(asked, laboratory, step)
+        except NegativeAnswerError as error:
+            note(str(error))
+            raise click.exceptions.Exit(1) from error
+        if listing is not None and isinstance(result, Rows):
+            listing.show(map(dict, result.rows), result.empty, result.shortened)
+        else:
+            _tell(result, files, json_to)
     if words := result.next_command():
         suggest_next(*words)
     if fault := result.fault():
         fail(fault)
     if result.exit_code:
         raise click.exceptions.Exit(result.exit_code)
+
+
+def _opened(operation: Operation[Any, Any], db: str) -> AbstractContextManager[Store]:
+    if not operation.uses_store:
+        return open_scratch_store()
+    if operation.needs_store:
+        return open_command_store(db, create=operation.creates_store)
+    return open_for_dry_run(db)
 
 
 def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None) -> None:
@@ -256,10 +305,23 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
         click.echo(text)
     if any(output.in_place_of_tables for output in files):
         return
+    if text := result.text():
+        click.echo(text)
+        return
     for table in result.tables():
+        if isinstance(table, Lines):
+            _tell_lines(table)
+            continue
         if table.title:
             click.echo(f"\n{table.title}" if sentences else table.title)
         print_table(map(dict, table.rows), table.empty)
+
+
+def _tell_lines(lines: Lines) -> None:
+    if lines.sentences:
+        click.echo(f"\n{lines.title}")
+    for line in lines.sentences:
+        click.echo(f"  {line}")
 
 
 @contextmanager

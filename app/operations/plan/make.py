@@ -221,7 +221,7 @@ def _keep(draft: PlanDraft, laboratory: Laboratory) -> PlannedDesign:
     return PlannedDesign(store_draft(laboratory.store, draft))
 
 
-PLAN = Operation(
+PLAN: Operation[Planning, PlannedDesign] = Operation(
     name="plan",
     request=Planning,
     run=_run,

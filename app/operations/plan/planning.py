@@ -267,10 +267,27 @@ def in_order(
     return Design(design.space, treatments, " ".join([design.method, *unusual]), seed)
 
 
-def augment_plan(
+@dataclass(frozen=True)
+class PlanAddition:
+    """Runs that are made and not stored yet, from number `first` on."""
+
+    name: str
+    rows: Rows
+    first: int
+    repetitions: int
+    settings: Sequence[Mapping[str, float]]
+
+    def store(self, store: Store) -> list[int]:
+        """Store them; returns their numbers."""
+        return extend_plan(
+            store, self.name, self.rows, repetitions=self.repetitions, settings=self.settings
+        )
+
+
+def draft_addition(
     store: Store, plan: StoredPlan, runs: int, repetitions: int, seed: int, gun: GunBench
-) -> list[int]:
-    """Add `runs` to a plan, beside what is recorded and still to do; returns their numbers."""
+) -> PlanAddition:
+    """Further `runs` of a plan, balanced beside what is recorded and still to do."""
     from ....doe.designs.augment import augment
 
     rng = np.random.default_rng(seed)
@@ -281,7 +298,7 @@ def augment_plan(
     rows = in_order(design, rng, seed).rows
     first = 1 + max((run.run for run in plan.runs), default=0)
     settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)
-    return extend_plan(store, plan.name, rows, repetitions=repetitions, settings=settings)
+    return PlanAddition(plan.name, rows, first, repetitions, settings)
 
 
 def range_in_column(name: str, limits: Sequence[Any]) -> tuple[float, ...]:

@@ -13,43 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....doe.designs.imported import read_table
 from ....doe.merit.best_possible import best_possible, random_reference
 from ....doe.merit.model_terms import USUAL_EFFECT
 from ....doe.merit.quality import FIGURES, compare, figure_text
 from ....doe.merit.verdict import Judgement, judge
-from ....doe.plans import StoredPlan, read_plan
+from ....doe.plans import StoredPlan
 from ....doe.plots import level_labels, pair_matrix
 from ....doe.space import Space
 from ....files.atomic_write import atomic_file
-from ....schema.session import Store
 from ...common.number_format import finite
 from ...common.plan_tables import run_counts
 
 Designs = Mapping[str, NDArray[np.int64]]
-
-
-def designs_of(store: Store, name: str, against: str | None) -> tuple[Space, Designs]:
-    """The plan's treatments that are not discarded, and those of another plan, or of a table of the
-    same factors.
-
-    Raises `ValueError` where the other one is of other factors.
-    """
-    with store.reading() as session:
-        plan = read_plan(session, name)
-        designs = {name: plan.treatments("planned", "done")}
-        if against is None:
-            return plan.space, designs
-        if Path(against).is_file():
-            designs[Path(against).stem] = read_table(Path(against), plan.space).treatments
-            return plan.space, designs
-        other = read_plan(session, against)
-    if other.space.axes != plan.space.axes:
-        raise ValueError(
-            f"plan {against!r} is of other factors than {name!r}; only like can be compared"
-        )
-    designs[against] = other.treatments("planned", "done")
-    return plan.space, designs
 
 
 def judged_designs(

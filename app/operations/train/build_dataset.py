@@ -182,8 +182,8 @@ def _run(request: DatasetBuilding, laboratory: Laboratory, _: Progress) -> Built
     return BuiltDataset(built, request.name, split, refusal, missing)
 
 
-BUILD_DATASET = Operation(
-    name="build-dataset",
+DATASET_BUILD = Operation(
+    name="dataset-build",
     request=DatasetBuilding,
     run=_run,
     help="""Freeze the usable pulses of campaigns under NAME. The same content gives the same

@@ -33,7 +33,7 @@ _METRICS = (
 
 
 @dataclass(frozen=True, eq=False)
-class FrozenDataset:
+class FrozenDataset(Result):
     """Pulses of campaigns, frozen for training: the same name and hash always hold the same
     pulses."""
 
@@ -61,6 +61,12 @@ class FrozenDataset:
         from .datasets import dataset_columns
 
         return with_units(pd.DataFrame(dataset_columns(self.snapshot.table)))
+
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock dataset show --json` prints it."""
+        from .datasets import snapshot_as_json
+
+        return snapshot_as_json(self.snapshot)
 
     def splits(self, *, seed: int = 0) -> pd.DataFrame:
         """The ways in which the pulses can be parted for training, with the number of pulses on

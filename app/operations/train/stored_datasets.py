@@ -1,8 +1,8 @@
-"""The datasets of the store: listed, shown, and traced to the raw files of their pulses."""
+"""The datasets of the store: listed, shown, traced to their raw files, exported and deleted."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +10,9 @@ from urllib.parse import quote
 
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Request, Result, Table
+from ..operation import FormPage, Operation, Output, Progress, Request, Result, Rows, Table
 from ..sentence import Number, Sentence, sentence
+from .service import FrozenDataset
 
 if TYPE_CHECKING:
     from ....dataset.snapshot import Snapshot
@@ -23,8 +24,8 @@ class DatasetListing(Request):
     """All datasets."""
 
 
-class DatasetShowing(Request):
-    """A dataset."""
+class NamedDataset(Request):
+    """One dataset of the store."""
 
     name: str = request_field(
         min_length=1,
@@ -32,18 +33,17 @@ class DatasetShowing(Request):
         help="Name the dataset, or give its hash or the beginning of it.",
         presentation=Presentation(positional=True, metavar="NAME", completion="dataset_names"),
     )
+
+
+class DatasetShowing(NamedDataset):
+    """A dataset, with the split of a seed."""
+
     seed: Seed = request_field(0, help="Set the seed of the random split.")
 
 
-class DatasetTracing(Request):
+class DatasetTracing(NamedDataset):
     """A pulse of a dataset, or all of its recordings."""
 
-    name: str = request_field(
-        min_length=1,
-        max_length=1000,
-        help="Name the dataset, or give its hash or the beginning of it.",
-        presentation=Presentation(positional=True, metavar="NAME", completion="dataset_names"),
-    )
     key: str | None = request_field(
         None,
         max_length=200,
@@ -53,20 +53,20 @@ class DatasetTracing(Request):
 
 
 @dataclass(frozen=True)
-class DatasetList(Result):
+class DatasetList(Rows):
     """The datasets, the newest last, with the pulses that were withdrawn since. `remarks` say which
     lost pulses."""
 
-    rows: tuple[dict[str, Any], ...]
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
     def notes(self) -> Sequence[str]:
         """Datasets that lost pulses."""
         return self.remarks
 
-    def to_json(self) -> list[dict[str, Any]]:
-        """A row for each."""
-        return list(self.rows)
+    def shortened(self, row: Mapping[str, Any]) -> dict[str, Any]:
+        """With the beginning of the hash, and campaigns in one cell."""
+        campaigns = ", ".join(row["campaigns"] or [])
+        return {**row, "hash": row["hash"][:12], "campaigns": campaigns}
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,8 @@ def _list(_: DatasetListing, laboratory: Laboratory, __: Progress) -> DatasetLis
             {**row, "withdrawn": withdrawals[row["hash"]].lost if row["hash"] in withdrawals else 0}
             for row in list_snapshots(session)
         ]
-    return DatasetList(tuple(rows), tuple(lost.words for lost in withdrawals.values()))
+    empty = "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN"
+    return DatasetList(rows, empty, tuple(lost.words for lost in withdrawals.values()))
 
 
 def _show(request: DatasetShowing, laboratory: Laboratory, _: Progress) -> ShownDataset:
@@ -166,24 +167,70 @@ def _trace(request: DatasetTracing, laboratory: Laboratory, _: Progress) -> Puls
         return PulseOrigin(asdict(trace(session, snapshot, request.key)))
 
 
+@dataclass(frozen=True)
+class DeletedDataset(Result):
+    """What was deleted."""
+
+    name: str
+
+    def notes(self) -> Sequence[str]:
+        """The dataset."""
+        return (f"dataset {self.name} is deleted",)
+
+    def to_json(self) -> dict[str, Any]:
+        """Its name."""
+        return {"name": self.name}
+
+    def address(self) -> str:
+        """The list of datasets."""
+        return "/datasets"
+
+
+def _unused(request: NamedDataset, laboratory: Laboratory) -> str:
+    from .deletion import check_dataset_unused
+
+    check_dataset_unused(laboratory.store, laboratory.db, request.name)
+    return f"dataset {request.name}"
+
+
+def _delete(request: NamedDataset, laboratory: Laboratory, _: Progress) -> DeletedDataset:
+    from .deletion import delete_dataset
+
+    delete_dataset(laboratory.store, laboratory.db, request.name)
+    return DeletedDataset(request.name)
+
+
+def _export(request: NamedDataset, laboratory: Laboratory, _: Progress) -> FrozenDataset:
+    from ....dataset.snapshot import read_snapshot
+
+    return FrozenDataset(read_snapshot(laboratory.store, request.name))
+
+
+def _write(dataset: FrozenDataset, path: Path) -> None:
+    from .datasets import export_snapshot
+
+    export_snapshot(dataset.snapshot, path)
+
+
 def _plot(shown: ShownDataset, path: Path) -> None:
     from .datasets import plot_dataset
 
     plot_dataset(shown.snapshot.table, path)
 
 
-LIST_DATASETS = Operation(
-    name="list-datasets",
+DATASET_LIST = Operation(
+    name="dataset-list",
     request=DatasetListing,
     run=_list,
     help="List the datasets with their name, hash, pulses and campaigns.",
     example="pyroshock dataset list",
     command=("dataset", "list"),
     route=("GET", "/datasets"),
+    listing=True,
     absent={"form": _READING},
 )
-SHOW_DATASET = Operation(
-    name="show-dataset",
+DATASET_SHOW = Operation(
+    name="dataset-show",
     request=DatasetShowing,
     run=_show,
     help="""Show a dataset, given by name or hash: its sources, its splits, and the ranges and
@@ -194,8 +241,8 @@ SHOW_DATASET = Operation(
     outputs=(Output("plot", "Draw correlations and values into FILE.png.", _plot),),
     absent={"form": _READING},
 )
-TRACE_PULSE = Operation(
-    name="trace-pulse",
+DATASET_TRACE = Operation(
+    name="dataset-trace",
     request=DatasetTracing,
     run=_trace,
     help="""Tell from which raw file a pulse of a dataset comes. KEY is the key of the pulse, or its
@@ -204,4 +251,43 @@ TRACE_PULSE = Operation(
     command=("dataset", "trace"),
     route=("GET", "/datasets/{name}/trace"),
     absent={"form": "the page of the dataset lists its files"},
+)
+DATASET_EXPORT = Operation(
+    name="dataset-export",
+    request=NamedDataset,
+    run=_export,
+    help="""Write a dataset to a file, with a row per pulse: its key, predictors, figures and points
+    of force.""",
+    example="pyroshock dataset export rehearsal-pulses --out pulses.parquet",
+    command=("dataset", "export"),
+    outputs=(
+        Output(
+            "out",
+            "Write to FILE.csv or FILE.parquet.",
+            _write,
+            (".csv", ".parquet"),
+            in_place_of_tables=True,
+            required=True,
+        ),
+    ),
+    absent={
+        "json": "it writes a file of the machine that it runs on",
+        "form": "it writes a file of the machine that it runs on",
+        "python": "the frame of a dataset has its rows: store.dataset(name).to_frame()",
+    },
+)
+DATASET_DELETE = Operation(
+    name="dataset-delete",
+    request=NamedDataset,
+    run=_delete,
+    help="""Delete a dataset, given by name or hash; its pulses stay with their campaigns.
+
+    A dataset on which registered models were trained is refused: their figures could no longer be
+    computed again.""",
+    example="""pyroshock dataset build autumn --from slow-valve
+pyroshock datasets delete autumn --yes""",
+    command=("datasets", "delete"),
+    route=("POST", "/datasets/{name}/delete"),
+    deletes=_unused,
+    form=FormPage("/datasets/{name}/delete", "delete", "/datasets/{name}/delete"),
 )

@@ -443,7 +443,7 @@ def comparison_tables(comparison: Mapping[str, Any], metrics: Sequence[str]) -> 
     return tables + ([Table("Groups that differ beyond chance", groups)] if groups else [])
 
 
-#: What each model of `training.models.catalogue` is, for a person who chooses.
+#: What each shipped model of `training.models.catalogue` is, for a person who chooses.
 MODEL_SENTENCES = {
     "hunter": "The contact law of Hunter, a half sine; it learns nothing from the pulses.",
     "reed": "The contact law of Reed, a sine to the power of 1.5; it learns nothing "
@@ -472,3 +472,11 @@ MODEL_SENTENCES = {
     "nn-trilayer": "A neural network with three layers of 10 neurons.",
     "nn-ga": "A neural network whose layers a genetic search chooses; its training takes longest.",
 }
+
+
+def model_sentences() -> dict[str, str]:
+    """What each model is, also of other packages, which describe theirs."""
+    from ....training.models.serialization import added_kinds
+
+    added = {name: model.description for name, model in added_kinds().objects.items()}
+    return MODEL_SENTENCES | added

@@ -7,6 +7,7 @@ fields, so that a new operation is tested as soon as it has a row in `EXAMPLES`.
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
@@ -14,6 +15,7 @@ from typing import Any, Literal, get_args, get_origin
 import pytest
 from pydantic.fields import FieldInfo
 from pyroshock.app.common.errors import InvalidValueError
+from pyroshock.app.common.number_format import finite
 from pyroshock.app.doors.command_line.operation_command import option_of
 from pyroshock.app.doors.python import PythonMethod
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
@@ -21,15 +23,35 @@ from pyroshock.app.operations.faults import bare, bounds
 from pyroshock.app.operations.fields import presentation_of
 from pyroshock.app.operations.form import form_page, text_of
 from pyroshock.app.operations.operation import DOORS, Operation, Request
+from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.session import Store
+from pyroshock.training.registry.model_storage import storage_for
+from pyroshock.training.registry.registry import Registry
 from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
-from support.stores.stores import pyroshock, run_pyroshock
+from support.stores.registries import at_its_place
+from support.stores.stores import opened, pyroshock, run_pyroshock
+from support.stores.web_stores import DATASET, HAMMER, filled_lab
+
+__all__ = ["filled_lab"]
 
 #: A request that can be answered, of each operation.
 EXAMPLES: dict[str, dict[str, Any]] = {
-    "plan": {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
+    "plan": {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2},
+    "train": {"dataset": DATASET, "models": ("linear", "tree"), "split": ("repetitions",)},
+    "compare": {"version": ("linear@1", "tree@1"), "metric": "cost"},
+    "promote": {"model": "tree", "version": 1, "force": True, "reason": "a start"},
+    "dataset-build": {"name": "both", "campaigns": (HAMMER,), "quality": "none"},
+    "dataset-list": {},
+    "dataset-show": {"name": DATASET, "seed": 2},
+    "dataset-trace": {"name": DATASET},
+    "dataset-export": {"name": DATASET},
+    "dataset-delete": {"name": "spare"},
 }
+#: These find campaigns, a dataset and models in the store.
+FILLED = {name for name in EXAMPLES if name != "plan"}
+#: What an answer says of the moment, and not of what was asked.
+_OF_THE_MOMENT = {"when", "who"}
 
 
 class Library:
@@ -72,7 +94,7 @@ def arguments(declared: Operation[Any, Any], values: Mapping[str, Any]) -> list[
             continue
         field = request.model_fields[name]
         if presentation_of(field).positional:
-            words.append(text_of(value))
+            words += value if isinstance(value, tuple) else [text_of(value)]
         elif bare(field.annotation) is bool:
             options += [option_of(name, field)] if value is not field.default else []
         else:
@@ -125,42 +147,84 @@ def test_a_value_beyond_its_bounds_is_refused_with_the_same_words_at_every_door(
         assert typed.exit_code == 2
         assert f"{spelled}{words.removeprefix(field_name)}" in typed.stderr
     if "json" not in declared.absent:
-        _, address = declared.route or ("POST", f"/{name}")
-        answer = post_json(client, f"/api{address.format(**values)}", values)
+        how, address = declared.route or ("POST", f"/{name}")
+        address = f"/api{address.format(**values)}"
+        answer = (
+            client.get(address, params=values)
+            if how == "GET"
+            else post_json(client, address, values)
+        )
         assert answer.status_code == 422
         assert {"field": field_name, "message": words} in answer.json()["faults"]
     if "form" not in declared.absent:
         sent = {key: text_of(part) for key, part in values.items()}
-        answer = post(client, form_page(declared).action, sent, headers={"X-Pyroshock-Form": "1"})
+        action = form_page(declared).action.format(**values)
+        answer = post(client, action, sent, headers={"X-Pyroshock-Form": "1"})
         assert answer.status_code == 422
         assert {"field": field_name, "message": words} in answer.json()["faults"]
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_request_gives_the_same_answer_at_every_door(tmp_path: Path, name: str) -> None:
+def test_a_request_gives_the_same_answer_at_every_door(
+    request: pytest.FixtureRequest, tmp_path: Path, name: str
+) -> None:
     declared, values = operation(name), EXAMPLES[name]
-    answers: dict[str, Any] = {}
+
+    def store_for(door: str) -> str:
+        folder = tmp_path / door
+        if name in FILLED:
+            shutil.copytree(request.getfixturevalue("filled_lab"), folder)
+            at_its_place(Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {})))
+        url = f"sqlite:///{folder / 'lab.db'}"
+        if name == "dataset-delete":
+            with opened(url) as store:
+                build_snapshot(store, "spare", [HAMMER], quality="none", velocity="integrated")
+        folder.mkdir(exist_ok=True)
+        return url
+
+    with window(store_for("python")) as (_, store):
+        method: Any = PythonMethod(variant(declared, values), declared)
+        method.__set_name__(Library, "method")
+        url = f"sqlite:///{tmp_path / 'python' / 'lab.db'}"
+        given = {key: part for key, part in values.items() if key != "method"}
+        made = method.__get__(Library(store, url))(**given)
+        expected, of_network = lasting(made.to_json()), lasting(made.to_network_json())
+    outputs = [
+        f"--{each.name}={tmp_path / 'out'}{each.endings[0]}"
+        for each in declared.outputs
+        if each.required
+    ]
+    confirmed = ["--yes"] if declared.deletes is not None else []
     typed = run_pyroshock(
-        *arguments(declared, values), "--json", "--db", f"sqlite:///{tmp_path / 'command.db'}"
+        *arguments(declared, values), *outputs, *confirmed, "--json", "--db", store_for("command")
     )
-    answers["command"] = json.loads(typed.stdout)
-    for door in ("json", "form", "python"):
-        url = f"sqlite:///{tmp_path / f'{door}.db'}"
-        with window(url) as (client, store):
-            if door == "python":
-                method: Any = PythonMethod(variant(declared, values), declared)
-                method.__set_name__(Library, "method")
-                given = {key: part for key, part in values.items() if key != "method"}
-                answers[door] = method.__get__(Library(store, url))(**given).to_json()
-            elif door not in declared.absent:
-                if door == "json":
-                    _, address = declared.route or ("POST", f"/{name}")
-                    answer = post_json(client, f"/api{address.format(**values)}", values)
-                else:
-                    sent = {key: text_of(part) for key, part in values.items()}
-                    answer = post(client, form_page(declared).action, sent)
-                answers[door] = ended(client, answer)["result"] if declared.long else answer.json()
-    assert all(answer == answers["command"] for answer in answers.values())
+    assert lasting(json.loads(typed.stdout)) == expected
+    if "json" not in declared.absent:
+        with window(store_for("json")) as (client, _):
+            how, address = declared.route or ("POST", f"/{name}")
+            address = f"/api{address.format(**values)}"
+            if how == "GET":
+                answer = client.get(address, params=values)
+            else:
+                answer = post_json(client, address, values)
+            told = ended(client, answer)["result"] if declared.long else answer.json()
+            assert lasting(told) == (expected if declared.long else of_network)
+    if "form" not in declared.absent:
+        with window(store_for("form")) as (client, _):
+            sent = {key: text_of(part) for key, part in values.items()}
+            answer = post(client, form_page(declared).action.format(**values), sent)
+            if declared.long:
+                assert lasting(ended(client, answer)["result"]) == expected
+            else:
+                assert answer.headers["location"] == made.address()
+
+
+def lasting(answer: Any) -> Any:
+    """An answer as JSON, without what it says of the moment."""
+    plain = json.loads(json.dumps(finite(answer)))
+    if isinstance(plain, dict):
+        return {key: lasting(part) for key, part in plain.items() if key not in _OF_THE_MOMENT}
+    return [lasting(part) for part in plain] if isinstance(plain, list) else plain
 
 
 def test_every_operation_has_an_example_and_every_door_or_a_reason() -> None:
