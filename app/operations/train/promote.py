@@ -14,8 +14,8 @@ from ..operation import FormPage, Operation, Progress, Request
 from .service import PromotionDecision
 
 
-class Promoting(Request):
-    """A version to put in use."""
+class NamedVersion(Request):
+    """One registered version."""
 
     model: str = request_field(
         min_length=1,
@@ -30,21 +30,11 @@ class Promoting(Request):
         help="Give the number of the version, where MODEL is without it.",
         presentation=Presentation(positional=True, metavar="[VERSION]"),
     )
-    on: str | None = request_field(
-        None,
-        max_length=1000,
-        help="Judge both models on the pulses of this dataset or campaign instead.",
-        presentation=Presentation(metavar="DATASET|CAMPAIGN"),
-    )
-    force: bool = request_field(
-        False, help="Promote the model although it does not pass. This needs --reason."
-    )
-    reason: str = request_field(
-        "",
-        max_length=4000,
-        help="Say why. The registry keeps the reason beside the figures.",
-        presentation=Presentation(metavar="TEXT"),
-    )
+
+    @property
+    def label(self) -> str:
+        """ "hybrid@3"."""
+        return f"{self.model}@{self.version}"
 
     @model_validator(mode="before")
     @classmethod
@@ -62,16 +52,36 @@ class Promoting(Request):
         return {**values, "model": name, "version": int(number)}
 
 
+class Promoting(NamedVersion):
+    """A version to put in use."""
+
+    on: str | None = request_field(
+        None,
+        max_length=1000,
+        help="Judge both models on the pulses of this dataset or campaign instead.",
+        presentation=Presentation(metavar="DATASET|CAMPAIGN"),
+    )
+    force: bool = request_field(
+        False, help="Promote the model although it does not pass. This needs --reason."
+    )
+    reason: str = request_field(
+        "",
+        max_length=4000,
+        help="Say why. The registry keeps the reason beside the figures.",
+        presentation=Presentation(metavar="TEXT"),
+    )
+
+
 def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDecision:
     from ...common.model_registry import models_extra, needed, pulses_on, reader_of
 
-    store, label = laboratory.store, f"{request.model}@{request.version}"
+    store = laboratory.store
     with models_extra():
         from ....training.registry.listing import chosen
         from ....training.registry.promotion import promote
 
         registry = needed(laboratory.db)
-        candidate = chosen(registry.versions(), label)
+        candidate = chosen(registry.versions(), request.label)
         with about("on"):
             other = (
                 None
@@ -108,7 +118,7 @@ PROMOTE = Operation(
     example="""pyroshock promote gp@1
 pyroshock promote gp@1 --on slow-valve --reason "new tips\"""",
     route=("POST", "/models/{model}/{version}/promote"),
-    label=lambda request: f"{request.model}@{request.version}",
+    label=lambda request: str(request.label),
     form=FormPage(
         "/models/{model}/{version}",
         "promote",

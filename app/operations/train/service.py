@@ -315,7 +315,7 @@ class ModelComparison(Result):
         return "\n".join(map(str, self.sentences()))
 
     def _repr_html_(self) -> str:
-        lines = [str(said) for said in self.sentences()]
+        lines = [str(claim) for claim in self.sentences()]
         return titled_table(lines[0], self.to_frame()) + "".join(
             f"<p>{escape(line)}</p>" for line in lines
         )

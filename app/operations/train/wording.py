@@ -115,7 +115,7 @@ def version_sentences(row: Mapping[str, Any]) -> list[Sentence]:
 def is_warned_of(row: Mapping[str, Any]) -> bool:
     """Whether a person who takes a version must be warned: it is not usable, or its bands are too
     narrow."""
-    return any(said.rule in (REACHES, TOO_NARROW) for said in version_sentences(row))
+    return any(claim.rule in (REACHES, TOO_NARROW) for claim in version_sentences(row))
 
 
 def exceeded_limit(row: Mapping[str, Any]) -> dict[str, Any] | None:

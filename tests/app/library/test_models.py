@@ -119,7 +119,7 @@ def test_a_frame_that_does_not_fit_is_refused(lab, change, kind, words):
 @pytest.mark.parametrize(("call", "kind", "words"), [
     (lambda store: store.model("reeds"), ps.NotFoundError, "no registered model 'reeds'"),
     (lambda store: store.compare("reed@1"), ps.InvalidValueError, "a comparison needs two models"),
-    (lambda store: store.compare(metric="speed"), ps.InvalidValueError, "no metric 'speed'"),
+    (lambda store: store.compare(metric="speed"), ps.InvalidValueError, "metric is 'speed'"),
     (lambda store: store.promote("reed"), ps.InvalidValueError, "expected MODEL@VERSION"),
     (lambda store: store.promote("reed@1", force=True), ps.InvalidValueError, "reason"),
     (lambda store: store.train("spring-1", models="forest"), ps.PyroshockError, "forest"),
