@@ -74,17 +74,25 @@ class PythonMethod(Generic[Parameters, Answer]):
             raise TypeError(f"{takes}, {len(args)} were given")
         values = {**dict(zip(places, args, strict=False)), **given}
         request = read(self.request, values, "python")
-        operation = self.operation
-        laboratory = Laboratory(owner.store, owner.url)
-        if operation.check is not None:
-            operation.check(request, laboratory)
-        label = f"{operation.name} {operation.label(request)}".strip()
-        with step_bar(label, operation.steps, progress and operation.long) as step:
-            return operation.answer(request, laboratory, step)
+        return answer_of(self.operation, request, Laboratory(owner.store, owner.url), progress)
 
     def __call__(self, *_: Parameters.args, **__: Parameters.kwargs) -> Answer:
         """What type checkers see of a method; an object has to ask."""
         raise TypeError(f"{self.__qualname__} is a method; call it on an object")
+
+
+def answer_of(
+    operation: Operation[Any, Answer],
+    request: Request,
+    laboratory: Laboratory,
+    progress: bool = True,
+) -> Answer:
+    """The answer to a request, with a bar where it takes long and `progress` is wanted."""
+    if operation.check is not None:
+        operation.check(request, laboratory)
+    shown = progress and operation.long
+    with step_bar(operation.title(request).lower(), operation.steps, shown) as step:
+        return operation.answer(request, laboratory, step)
 
 
 def positional_fields(request: type[Request]) -> list[str]:

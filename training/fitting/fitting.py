@@ -17,8 +17,8 @@ from typing import Any
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
 from ...parallel.executor import HERE, ExecutorConfig
-from ..evaluation.metrics import pulse_errors
-from ..evaluation.summary import summary
+from ..evaluation.metrics import OF_MEAN, mean_pulse_errors, pulse_errors
+from ..evaluation.summary import Estimate, summary
 from ..models.catalogue import MODEL_SPECS, Budget, BuildOptions, entry_of
 from ..models.serialization import pack, plugin_of, unpack
 from ..models.training_task import TrainingTask, rng_of
@@ -129,11 +129,18 @@ def fit_task(
         predictors=training.predictors,
         domain=Domain.of(training),
         held_out=HeldOutPredictions(held_out.key, prediction, training.key),
-        metrics=summary(errors, held_out.configuration, rng),
+        metrics=summary(errors, held_out.configuration, rng) | _of_mean(training, held_out, task),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
         figures=training_figures(task.model, held_out, prediction, errors),
         fit_report=model.fit_report(),
     )
+
+
+def _of_mean(training: PulseTable, held_out: PulseTable, task: TrainingTask) -> dict[str, Estimate]:
+    """The force error of the mean pulse, which a model must beat to be usable."""
+    errors = mean_pulse_errors(training, held_out)
+    rng = rng_of("bootstrap of the mean", task.dataset_hash, task.split, task.seed)
+    return {OF_MEAN: summary(errors, held_out.configuration, rng)["force_nrmse"]}
 
 
 def try_fit(
