@@ -10,9 +10,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
+from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
     from ..figures.figure import Plot
@@ -162,7 +163,7 @@ class Rows(Result):
 
 
 Asked = TypeVar("Asked", bound=Request)
-Answer = TypeVar("Answer", bound=Result)
+Answer = TypeVar("Answer", bound=Result, default=Any)
 
 
 @dataclass(frozen=True)

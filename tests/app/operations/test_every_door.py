@@ -112,7 +112,9 @@ def arguments(
 ) -> list[str | Path]:
     """A request as it is typed, with `more` options."""
     request = variant(declared, values)
-    words, places, options = list(declared.words), [], []
+    words = list(declared.words)
+    places: list[str] = []
+    options: list[str] = []
     if declared.variants:
         words.append(str(values["method"]))
     for name, value in values.items():
