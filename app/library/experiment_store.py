@@ -13,7 +13,8 @@ from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
 from ..doors.python import PythonMethod
-from ..operations.validate.validating import VALIDATE, ValidationRequest
+from ..operations.validate.request import ValidationRequest
+from ..operations.validate.validating import VALIDATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
