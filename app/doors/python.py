@@ -29,17 +29,13 @@ if TYPE_CHECKING:
         def url(self) -> str: ...
 
 
-
-
 class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
     Fields that are positional on the command line may be given without their names. `progress=False` shows no bar.
     """
 
-    def __init__(
-        self, request: type[Asked], operation: Operation[Asked, Answer]
-    ) -> None:
+    def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
         self.__doc__ = documentation(request, operation)
@@ -48,9 +44,7 @@ class PythonMethod(Generic[Answer]):
     def __set_name__(self, owner: type, name: str) -> None:
         self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
 
-    def __get__(
-        self, instance: Owner | None, owner: type | None = None
-    ) -> Callable[..., Answer]:
+    def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
         if instance is None:
             return self  # what help() and Sphinx read
 

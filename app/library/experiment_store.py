@@ -15,7 +15,8 @@ from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, title
 from ..doors.python import PythonMethod, answer_of
 from ..operations.faults import read
 from ..operations.laboratory import Laboratory
-from ..operations.validate.validating import VALIDATE, ValidationRequest
+from ..operations.validate.request import ValidationRequest
+from ..operations.validate.validating import VALIDATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

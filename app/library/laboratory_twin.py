@@ -159,17 +159,17 @@ class LaboratoryTwin:
         `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
         with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
         `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
-        NASA-STD-7003's. `search` are the fields of `SettingsSearch`: `measured`, `sensor`,
+        NASA-STD-7003's. `search` are the fields of `SpectrumSearch`: `measured`, `sensor`,
         `bullet_mass`, `factors`, `share`, `at_least`, `extrapolate` and `seed`, as `pyroshock tune`
         takes them.
         """
         from ..operations.faults import read
+        from ..operations.tune.request import SpectrumSearch
         from ..operations.tune.service import search_settings, target_of
-        from ..operations.tune.tuning import SettingsSearch
 
-        prescribed, asked = target_of(target, tolerance), read(SettingsSearch, search, "python")
+        prescribed, request = target_of(target, tolerance), read(SpectrumSearch, search, "python")
         with step_bar("tune", "settings", progress) as step:
-            return search_settings(self._store, self._url, prescribed, asked, self.request, step)
+            return search_settings(self._store, self._url, prescribed, request, self.request, step)
 
     @raises_library_errors
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:

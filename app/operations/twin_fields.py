@@ -96,7 +96,7 @@ class TwinFields(Request):
         from ..twins.building import TwinRequest
 
         with ExitStack() as stack:
-            files = {
+            files: dict[str, Any] = {
                 name: None if given is None else stack.enter_context(given.as_path())
                 for name, given in (("bench", self.bench), ("modes", self.modes))
             }

@@ -14,7 +14,7 @@ import pytest
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.tune import session as tuning_session
 from pyroshock.app.operations.validate.report import validation_document
-from pyroshock.app.operations.validate.validating import ValidationRequest
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.operations.validate.validation import (
     adopted_lines,
     run_validation,

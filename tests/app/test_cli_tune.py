@@ -13,8 +13,8 @@ import pytest
 from pyroshock.app.common.number_format import percent
 from pyroshock.app.operations.fields import TextFile
 from pyroshock.app.operations.tune.bench_adapter import setting_json, tuning_space
+from pyroshock.app.operations.tune.request import SpectrumSearch
 from pyroshock.app.operations.tune.session import TuningSession, session_of
-from pyroshock.app.operations.tune.tuning import SettingsSearch
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.limits.bench import BenchLimits
@@ -158,7 +158,7 @@ def session(tmp_path, monkeypatch) -> TuningSession:
     (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n200,20\n800,300\n")
     target, url = read_target(tmp_path / "spec.csv"), f"sqlite:///{tmp_path / 'lab.db'}"
     with opened(url, create=True) as store:
-        search = SettingsSearch(factors=TextFile(text=text))
+        search = SpectrumSearch(factors=TextFile(text=text))
         return session_of(store, url, target, search, TwinRequest(contact="hertz"))
 
 

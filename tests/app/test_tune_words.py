@@ -12,9 +12,9 @@ from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.train.train import TRAIN, Training
-from pyroshock.app.operations.tune.tuning import Tuning
+from pyroshock.app.operations.tune.request import Tuning
 from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
-from pyroshock.app.operations.validate.validating import ValidationRequest
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.pages.tune import target_figure, target_sentence
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ...common.progress import Step
     from ...twins.building import TwinRequest
     from ..sentence import Sentence
-    from .tuning import SettingsSearch
+    from .request import SpectrumSearch
 
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
     TargetLike = (
@@ -240,7 +240,7 @@ def search_settings(
     store: Store | None,
     url: str,
     target: Target,
-    search: SettingsSearch,
+    search: SpectrumSearch,
     twin: TwinRequest,
     step: Step,
 ) -> TunedSettings:

@@ -27,7 +27,7 @@ from .bench_adapter import SensorTwin, bench_refusals, goal_of, level_m_s2, outs
 from .verdict import drawn_share
 
 if TYPE_CHECKING:
-    from .tuning import SettingsSearch
+    from .request import SpectrumSearch
 
 Progress = Callable[[int, int, str], None]
 
@@ -36,7 +36,7 @@ Progress = Callable[[int, int, str], None]
 class TuningSession:
     """Ready to run; `notes` are for the user."""
 
-    search: SettingsSearch
+    search: SpectrumSearch
     built: BuiltTwin
     goal: Goal
     space: TuningSpace
@@ -62,7 +62,7 @@ class TuningSession:
 
 
 def session_of(
-    store: Store | None, db: str, target: Target, search: SettingsSearch, twin: TwinRequest
+    store: Store | None, db: str, target: Target, search: SpectrumSearch, twin: TwinRequest
 ) -> TuningSession:
     """A search at the lines of its target. Raises `LookupError` and `ValueError` for what there is
     not, in one line."""
@@ -104,7 +104,7 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
 
 
 def _measured(
-    store: Store | None, built: BuiltTwin, search: SettingsSearch
+    store: Store | None, built: BuiltTwin, search: SpectrumSearch
 ) -> tuple[FiredShots, list[str]]:
     """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign
     without a store."""

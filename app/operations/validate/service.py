@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ....schema.session import Store
     from ...common.progress import Step
-    from .validating import ValidationRequest
+    from .request import ValidationRequest
     from .validation import Validation
 
 

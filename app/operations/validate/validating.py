@@ -3,43 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-from pydantic import Field
+from typing import TYPE_CHECKING
 
 from ..faults import about_field
-from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Output, Progress, Request
-from ..twin_fields import Word, check_contact_field
+from ..operation import FormPage, Operation, Output, Progress
+from ..twin_fields import check_contact_field
+from .request import ValidationRequest
 
 if TYPE_CHECKING:
     from .service import TwinValidation
-
-
-class ValidationRequest(Request):
-    """A campaign and how it is divided. Effects that diagnoses left to the bench do not act in its
-    scores: they may have been fitted to the shots that are to be predicted."""
-
-    campaign: Word = request_field(
-        min_length=1,
-        help="Validate on the shots of this campaign.",
-        presentation=Presentation(positional=True, completion="campaign_names"),
-    )
-    contact: Word | None = request_field(
-        None,
-        help="Choose the contact model as `predict` does. [default: the model in use, else prior]",
-        presentation=Presentation(
-            metavar="LAW|prior|registered|MODEL@VERSION", completion="contact_models"
-        ),
-    )
-    folds: Annotated[int, Field(ge=2, le=1000)] = request_field(
-        5, help="Set the number of folds; a fold leaves out whole configurations."
-    )
-    draws: Annotated[int, Field(ge=20, le=2000)] = request_field(
-        64, help="Set the number of random draws that the bands are computed from."
-    )
-    seed: Seed = request_field(0, help="Set the seed: the same seed gives the same answer.")
 
 
 def check(request: ValidationRequest, laboratory: Laboratory) -> None:

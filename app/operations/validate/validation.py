@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
     from ....dataset.table import PulseTable
     from ....schema.session import Store
-    from .validating import ValidationRequest
+    from .request import ValidationRequest
 
 
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.

@@ -14,9 +14,9 @@ import pyroshock as ps
 import pytest
 from pyroshock.app.operations.fields import TextFile
 from pyroshock.app.operations.tune.bench_adapter import proposal_json
+from pyroshock.app.operations.tune.request import SpectrumSearch, masses_of
 from pyroshock.app.operations.tune.service import TunedSettings, target_of
 from pyroshock.app.operations.tune.session import session_of
-from pyroshock.app.operations.tune.tuning import SettingsSearch, masses_of
 from pyroshock.app.operations.tune.verdict import answer_sentences
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
@@ -86,7 +86,7 @@ def test_settings_are_those_of_the_service(
     tuned: TunedSettings, store: ps.ExperimentStore, lab: Path
 ) -> None:
     target = target_of(lab / "spec.csv", "20dB")
-    search = SettingsSearch(factors=TextFile(text=(lab / "own.toml").read_text()), at_least=0.01)
+    search = SpectrumSearch(factors=TextFile(text=(lab / "own.toml").read_text()), at_least=0.01)
     session = session_of(store.store, store.url, target, search, TwinRequest(contact="hertz"))
     expected = session.run()
     assert tuned.to_json() == [

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.validate.validating import ValidationRequest
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.operations.validate.validation import predicted_folds
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import Twin

@@ -15,7 +15,7 @@ from click.testing import Result
 from pyroshock.app.common.model_registry import context_of, registry_of
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.operations.faults import read
-from pyroshock.app.operations.validate.validating import ValidationRequest
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.operations.validate.validation import (
     NOTHING,
     REFITTED,

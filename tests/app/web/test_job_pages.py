@@ -19,8 +19,8 @@ from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
 from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
 from pyroshock.app.operations.faults import read
-from pyroshock.app.operations.tune.tuning import Tuning
-from pyroshock.app.operations.validate.validating import ValidationRequest
+from pyroshock.app.operations.tune.request import Tuning
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
