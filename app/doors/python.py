@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, cast
 
 from pydantic_core import PydanticUndefined
 
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
-    Fields that are positional on the command line may be given without their names. `progress=False` shows no bar.
+    Fields that are positional on the command line may be given without their names.
+    `progress=False` shows no bar.
     """
 
     def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
@@ -46,7 +47,7 @@ class PythonMethod(Generic[Answer]):
 
     def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
         if instance is None:
-            return self  # what help() and Sphinx read
+            return cast(Callable[..., Answer], self)  # what help() and Sphinx read
 
         def call(*args: Any, progress: bool = True, **given: Any) -> Answer:
             with library_errors():
