@@ -47,7 +47,6 @@ KINDS = KindTable(
         "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
         "train": (".app.jobs.job_kinds.train", "TRAIN"),
         "tune": (".app.jobs.job_kinds.tune", "TUNE"),
-        "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
         "validate": (".app.jobs.job_kinds.validate", "VALIDATE"),
     }
 )

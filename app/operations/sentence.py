@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..common.number_format import percent
+from ..common.number_format import number, percent, percent_range, times
 from ..common.quantities import cell, display_of
 
 #: From this probability of chance on, a difference is not called one.
@@ -23,23 +23,48 @@ SIGNIFICANCE = 0.05
 class Number:
     """A number of a result. `key` is its column: a quantity with its SI unit at the end.
 
-    `kind` "share" is a probability or a part, shown in per cent; "count" a whole number.
+    `kind` "share" is a probability or a part, shown in per cent; "count" a whole number, "ratio"
+    how many times, "size" a number without a unit.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "count"] = "quantity"
+    kind: Literal["quantity", "share", "count", "ratio", "size"] = "quantity"
 
     @property
     def cell(self) -> str:
         """As a cell of a table holds it, without unit."""
-        if self.kind == "share":
-            return percent(self.value)
-        return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
+        match self.kind:
+            case "share":
+                return percent(self.value)
+            case "ratio":
+                return times(self.value)
+            case "size":
+                return number(self.value)
+            case "count":
+                return str(int(self.value))
+        return cell(self.key, float(self.value))
 
     def __str__(self) -> str:
         unit = display_of(self.key).unit if self.kind == "quantity" else ""
         return f"{self.cell} {unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The interval of a share, in a column of its own."""
+
+    key: str
+    low: float
+    high: float
+
+    @property
+    def cell(self) -> str:
+        """As a cell of a table holds it."""
+        return percent_range(self.low, self.high)
+
+    def __str__(self) -> str:
+        return self.cell
 
 
 @dataclass(frozen=True)
@@ -131,7 +156,7 @@ class Sentence:
     """
 
     text: str
-    numbers: Sequence[Number] = ()
+    numbers: Sequence[Number | Interval] = ()
     rule: Rule | None = None
     evidence: Mapping[str, Any] = field(default_factory=dict)
 
@@ -150,10 +175,10 @@ def sentence(
     rule: Rule | None = None,
     evidence: Mapping[str, Any] | None = None,
     /,
-    **shown: Number | str,
+    **shown: Number | Interval | str,
 ) -> Sentence:
     """A sentence of `template.format(**shown)`, which rests on the numbers that it shows."""
-    numbers = tuple(value for value in shown.values() if isinstance(value, Number))
+    numbers = tuple(value for value in shown.values() if isinstance(value, Number | Interval))
     return Sentence(template.format(**shown), numbers, rule, evidence or {})
 
 
