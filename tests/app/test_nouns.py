@@ -126,7 +126,7 @@ def test_a_diagnosis_is_listed_shown_and_deleted_unless_it_was_adopted(lab):
     with opened(lab) as store:
         number = keep(store, verdict(campaign="spring"))
     assert [row["id"] for row in rows("diagnoses", "--campaign", "spring")] == [number]
-    assert run_pyroshock("diagnoses", "show", str(number)).stdout.startswith("spring: ")
+    assert run_pyroshock("diagnoses", "show", str(number)).stdout.startswith("The model error is ")
     assert rows("diagnoses", "show", str(number))["campaign"] == "spring"
     run_pyroshock("diagnoses", "delete", str(number), "--yes")
     assert rows("diagnoses") == [] and "no diagnosis" in refusal(

@@ -21,7 +21,7 @@ from pyroshock.app.operations.diagnose.report import (
     verdict_of,
     write_page,
 )
-from pyroshock.app.operations.diagnose.summary import summary
+from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.diagnosis.verdict import GapSize, Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text

@@ -47,7 +47,7 @@ from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
 from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
 from pyroshock.app.documents.svg import Curve, line_chart, line_keys
-from pyroshock.app.operations.diagnose.wording import shrinkage_line, where_lines
+from pyroshock.app.operations.diagnose.texts import shrinkage_line, where_lines
 from support.checks.pdf_text import pages, pdf_text
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts

@@ -12,8 +12,8 @@ from urllib.parse import quote
 
 import pytest
 from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
-from pyroshock.app.operations.diagnose.summary import summary
 from pyroshock.app.operations.train.compare import MOST_COMPARED
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
@@ -349,7 +349,7 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     ("/models/train", {"dataset": DATASET, "models": "tree", "split": "halves"}, 422, "halves"),
     ("/diagnoses", {"campaign": "winter"}, 404, "winter"),
     ("/diagnoses", {"campaign": "/etc"}, 404, "/etc"),
-    ("/diagnoses", {"campaign": GUN, "gun": "-1"}, 422, "-1"),
+    ("/diagnoses", {"campaign": GUN, "tolerances": "gun=-1%"}, 422, "-1"),
     ("/diagnoses", {"campaign": GUN, "uncertain": "friction=1"}, 422, "friction=1"),
     ("/diagnoses/1/adopt", {"effect": "gun.magic"}, 404, "gun.magic"),
     ("/diagnoses/1/what-if", {"with": "gun.magic"}, 404, "gun.magic"),
@@ -620,7 +620,8 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
 ) -> None:
     rows = filled.rows()
     job = done(
-        filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"})
+        filled,
+        post(filled.client, "/diagnoses", {"campaign": GUN, "tolerances": "gun=2%", "seed": "1"}),
     )
     assert filled.added(rows) == {"diagnoses": 1}
     page = filled.client.get(job["address"])
@@ -628,22 +629,25 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     with filled.store.reading() as session:
         assert session.get_one(Diagnosis, job["result"]["id"]).report["campaign"] == GUN
     first = job["result"]["id"]
-    boxes = {"with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
+    boxes = {
+        "with_effects": ["gun.valve_flow", "gun.blow_by"],
+        "without_effects": ["gun.blow_by"],
+    }
     second = done(filled, post(filled.client, f"/diagnoses/{first}/what-if", boxes))["result"]["id"]
     with filled.store.reading() as session:
         before, after = kept_options(session, first), kept_options(session, second)
         report = kept_report(session, second)
     assert (before["tolerances"], before["seed"]) == ({"gun": 0.02}, 1)
-    assert after == {**before, "with_effects": boxes["with"], "without_effects": boxes["without"]}
+    assert after == {**before, **boxes}
     assert "gun.barrel_loss" not in str(report["causes"])
     restricted = Page(filled.client.get(f"/diagnoses/{second}").text)
     ticked = sorted(
         (box["name"], box["value"]) for box in restricted.of("input") if "checked" in box
     )
     assert ticked == [
-        ("with", "gun.blow_by"),
-        ("with", "gun.valve_flow"),
-        ("without", "gun.blow_by"),
+        ("with_effects", "gun.blow_by"),
+        ("with_effects", "gun.valve_flow"),
+        ("without_effects", "gun.blow_by"),
     ]
     assert (
         "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect."
@@ -659,7 +663,7 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     assert summary(verdicts.gun()) in page.text
     charts = [drawing["aria-label"] for drawing in page.of("svg")]
     assert charts[:2] == ["Path of the model error", "Shares of the effects"]
-    boxes = {box["value"] for box in page.of("input") if box.get("name") == "with"}
+    boxes = {box["value"] for box in page.of("input") if box.get("name") == "with_effects"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
     for name in ("gun.valve_flow+gun.back_pressure+gun.blow_by", "gun.blow_by"):
