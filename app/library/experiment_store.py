@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         PromotionDecision,
         TrainingRuns,
     )
+    from ..operations.validate.service import TwinValidation
     from .laboratory_twin import LaboratoryTwin
     from .plans import PlanCollection
 
@@ -365,7 +366,7 @@ class ExperimentStore:
         )
 
     #: Each measured shot of a campaign beside a prediction of the twin that had not seen it.
-    validate = PythonMethod(ValidationRequest, VALIDATE)
+    validate: PythonMethod[..., TwinValidation] = PythonMethod(ValidationRequest, VALIDATE)
 
     @raises_library_errors
     def diagnose(

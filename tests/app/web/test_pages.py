@@ -709,8 +709,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     sent = {"target.file": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}
     job = done(filled, post(filled.client, "/tune", fields, files=sent))
-    search, twin = asked[0]
-    assert (twin.contact, search.at_least, search.share) == ("hertz", 0.6, 0.95)
+    wanted, twin = asked[0]
+    assert (twin.contact, wanted.at_least, wanted.share) == ("hertz", 0.6, 0.95)
     page = filled.client.get(job["address"])
     assert (
         page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
