@@ -694,11 +694,11 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
         found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
 
-        def search(step: Any) -> Any:
+        def run(step: Any) -> Any:
             step(1, 1, "found")
             return found
 
-        return SimpleNamespace(goal=goal, notes=("a note",), run=search)
+        return SimpleNamespace(goal=goal, notes=("a note",), run=run)
 
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
