@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import pickle
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..plugins import Plugin, installed
 from .local_backend import WorkerPool, cancel_after
 from .task import Outcome, WorkerDied, WorkerTask, run_task
 
@@ -22,7 +23,7 @@ WAIT_S = 10
 
 def connect_cluster(address: str) -> Client:
     """Raises `ValueError` where nobody answers, where there is no worker, and where one runs
-    another pyroshock."""
+    another pyroshock, or other packages that add to it."""
     from distributed import Client
 
     try:
@@ -56,6 +57,16 @@ def _check_workers(client: Client, address: str) -> None:
                 f"the Dask worker at {worker} has pyroshock {theirs}, here it "
                 f"is {ours}; install the same"
             )
+    for worker, plugins in client.run(installed).items():
+        if different := sorted(set(plugins) ^ set(installed())):
+            raise ValueError(
+                f"the Dask worker at {worker} and this machine do not have the same packages that "
+                f"add to pyroshock: {_words(different)}; install the same"
+            )
+
+
+def _words(plugins: Sequence[Plugin]) -> str:
+    return ", ".join(dict.fromkeys(f"{plugin.package} {plugin.version}" for plugin in plugins))
 
 
 @contextmanager

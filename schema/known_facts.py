@@ -3,18 +3,21 @@ with its standard uncertainty, its source and its date.
 
 The parameters are those of the effects that a diagnosis looks for. Their names, units and ranges
 are a table of this room (`data/effect_parameters.csv`), because what reads a campaign's folder does
-not know the catalogue of effects; a test compares the two.
+not know the catalogue of effects; a test compares the two. Effects of other packages bring theirs.
 """
 
 from __future__ import annotations
 
 import csv
 import datetime as dt
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
+
+from ..plugins import EFFECTS, list_plugins
 
 
 @dataclass(frozen=True)
@@ -33,12 +36,23 @@ def effect_parameters() -> Mapping[str, EffectParameter]:
     """Every parameter that a fact may be of, by name."""
     text = (files(__package__) / "data" / "effect_parameters.csv").read_text(encoding="utf-8")
     rows = csv.DictReader(text.splitlines())
-    return {
+    shipped = {
         row["name"]: EffectParameter(
             row["name"], row["unit"], float(row["low"]), float(row["high"])
         )
         for row in rows
     }
+    return shipped | {item.name: item for item in _added() if item.name not in shipped}
+
+
+def _added() -> Iterator[EffectParameter]:
+    """Of effects of other packages, which are asked as the catalogue asks them. What cannot be
+    loaded has none: the catalogue says why."""
+    for plugin in list_plugins(EFFECTS):
+        with suppress(Exception):
+            for item in plugin.load().parameters():
+                name = f"{plugin.name}.{item.name}"
+                yield EffectParameter(name, item.unit, item.low, item.high)
 
 
 @dataclass(frozen=True)

@@ -1,23 +1,25 @@
 """Effects that a nominal stage leaves out: what every one of them tells, and where they are found.
 
 One effect is one file in the `effects` folder of its stage: a frozen dataclass whose fields are its
-parameters. Nothing lists the files: a new one is found by being there. A stage without effects is
-the nominal physics.
+parameters. Nothing lists the files: a new one is found by being there. Other packages add theirs as
+entry points. A stage without effects is the nominal physics.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from abc import ABC
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from ..array_types import Floats
+from ..plugins import EFFECTS, Loaded, load
 
 #: A parameter's value: one for all shots, or one for each (n,).
 Value = float | Floats
@@ -92,6 +94,10 @@ class Effect(ABC):
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = ()
     #: How much likelier than other effects it is to act on a bench, before anything was measured.
     prior_odds: ClassVar[float] = 1.0
+    #: As a sentence names it before "causes 61 % of the error": "the humidity of the gas"; and what
+    #: completes "measure ...". Reports have the words of shipped effects; others bring theirs.
+    subject: ClassVar[str] = ""
+    check: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for item in self.parameters():
@@ -138,7 +144,19 @@ _FOLDERS = ("gun", "contact", "plate", "sensors")
 
 @cache
 def catalogue() -> Mapping[str, type[Effect]]:
-    """Every effect there is, by id, in the order of stages and ids."""
+    """Every effect there is, by id: those that are shipped in the order of stages and ids, then
+    those of other packages by id. Raises `PluginError` for an id that is taken."""
+    return {**_shipped(), **added_effects().objects}
+
+
+@cache
+def added_effects() -> Loaded[type[Effect]]:
+    """Those of other packages. Raises `PluginError` for an id that is taken."""
+    return load(EFFECTS, _accepted, _shipped())
+
+
+@cache
+def _shipped() -> Mapping[str, type[Effect]]:
     effects_by_id: dict[str, type[Effect]] = {}
     for folder in _FOLDERS:
         package = importlib.import_module(f".{folder}.effects", __package__)
@@ -154,12 +172,79 @@ def catalogue() -> Mapping[str, type[Effect]]:
     return effects_by_id
 
 
+#: Of an id; texts are searched for it.
+_ID = re.compile(r"[a-z]+\.[a-z_]+")
+_MOST_IN_REGIME = 3
+
+
+def _accepted(name: str, kind: Any) -> type[Effect]:
+    """An effect of another package that keeps the contract of `docs/how-to/extend.md`."""
+    stage = name.partition(".")[0]
+    bases = {shipped.stage(): _base_of_stage(shipped) for shipped in _shipped().values()}
+    if not _ID.fullmatch(name) or stage not in bases:
+        raise ValueError(f"its id is {name!r}; expected STAGE.NAME, STAGE being {', '.join(bases)}")
+    if not (isinstance(kind, type) and issubclass(kind, bases[stage])):
+        base = f"{bases[stage].__module__}.{bases[stage].__name__}"
+        raise TypeError(f"expected a class derived from {base}: {kind!r}")
+    if not is_dataclass(kind) or not kind.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        raise TypeError(f"{kind.__name__} is no frozen dataclass")
+    if getattr(kind, "id", None) != name:
+        raise ValueError(
+            f"its id is {getattr(kind, 'id', None)!r}; expected the entry point's name"
+        )
+    for text in ("law", "source", "subject", "check"):
+        if not str(getattr(kind, text, "")).strip():
+            raise ValueError(f"{kind.__name__}.{text} is empty; expected one line of text")
+    if plain := [item.name for item in fields(kind) if _KEY not in item.metadata]:
+        raise TypeError(f"the field {plain[0]!r} is not made by pyroshock.twin.effects.parameter")
+    _check_parameters(kind)
+    return kind
+
+
+def _base_of_stage(kind: type[Effect]) -> type[Effect]:
+    return next(base for base in kind.__mro__ if Effect in base.__bases__)
+
+
+def _check_parameters(kind: type[Effect]) -> None:
+    parameters = {item.name: item for item in kind.parameters()}
+    for item in parameters.values():
+        ends = item.likely or (item.low, item.high)
+        values = (item.default, item.off, *ends)
+        if not all(item.low <= value <= item.high for value in values) or ends[0] >= ends[1]:
+            raise ValueError(
+                f"{item.name}: default {item.default:g}, off {item.off:g} and likely range "
+                f"{item.likely} do not lie within {item.low:g} to {item.high:g}"
+            )
+    searched = [item.name for item in parameters.values() if item.likely is not None]
+    if not searched:
+        raise ValueError(f"no parameter of {kind.__name__} has a likely range")
+    for regime in kind.regimes or (tuple(searched),):
+        if not set(regime) <= set(searched) or not 0 < len(regime) <= _MOST_IN_REGIME:
+            raise ValueError(
+                f"the regime {regime} is not one to {_MOST_IN_REGIME} of the parameters with a "
+                f"likely range: {', '.join(searched)}"
+            )
+    if not kind.prior_odds > 0:
+        raise ValueError(f"prior_odds is {kind.prior_odds}; expected a number above zero")
+
+
+def get_effect_kind(identity: str) -> type[Effect]:
+    """Raises `LookupError` with the ids that there are, and for an effect of another package that
+    cannot be used with the cause."""
+    if identity in catalogue():
+        return catalogue()[identity]
+    if identity in added_effects().failures:
+        raise LookupError(added_effects().failures[identity])
+    raise LookupError(
+        f"no effect {identity!r}; there are: {', '.join(catalogue())}; an effect of another "
+        f"package is there when that package is installed (pyroshock plugins)"
+    )
+
+
 def effect(identity: str, **parameters: Value) -> Effect:
     """An effect by its id. Raises `LookupError` for one there is not, `ValueError` for a parameter
     it has not."""
-    if identity not in catalogue():
-        raise LookupError(f"no effect {identity!r}; there are: {', '.join(catalogue())}")
-    kind = catalogue()[identity]
+    kind = get_effect_kind(identity)
     parameter_names = [item.name for item in kind.parameters()]
     if unknown := [name for name in parameters if name not in parameter_names]:
         raise ValueError(

@@ -62,6 +62,20 @@ def registry_of(store_url: str) -> Registry:
     return Registry(storage_for(store_url, user_environment()))
 
 
+def registry_at(store_url: str) -> Registry | None:
+    """The registry beside a store; None where nothing was trained yet, without a look at MLflow."""
+    registry = registry_of(store_url)
+    return None if registry.connection.nothing_there else registry
+
+
+def needed(store_url: str) -> Registry:
+    """The registry beside a store. Raises `LookupError` where nothing was trained yet."""
+    registry = registry_at(store_url)
+    if registry is None:
+        raise LookupError("no models yet; train some: pyroshock train DATASET")
+    return registry
+
+
 def context_of(
     store: Store, dataset: str, registry: Registry, seed: int, budget: Budget
 ) -> TrainingContext:

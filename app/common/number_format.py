@@ -111,6 +111,11 @@ def percent(share: float) -> str:
     return f"{'0' if text == '-0' else text} %"
 
 
+def error_percent(error: float) -> str:
+    """`4.15 %`, `202 %`: a relative error with three digits, a dash for what is no number."""
+    return NOTHING if math.isnan(error) else f"{number(100 * error)} %".replace("-", "−")
+
+
 def signed_percent(share: float) -> str:
     """`+1.2 %`, `−0.3 %`; no sign where nothing is left of the number, a dash for what is no
     number."""

@@ -61,18 +61,18 @@ def train_model(store: Store, url: str, step: Step) -> TrainedModel:
     Raises `MissingExtraError` where the libraries for training are not installed.
     """
     from ...dataset.snapshot import build_snapshot
-    from ...training.fitting.session import Progress
-    from ..operations.train.service import promote_version, train_models
+    from ..operations.laboratory import Laboratory
+    from ..operations.train.promote import PROMOTE, Promoting
+    from ..operations.train.train import TRAIN, Training
 
+    laboratory = Laboratory(store, url)
     snapshot = build_snapshot(store, DATASET, [REHEARSAL.name]).snapshot
-    session, _ = train_models(store, url, snapshot.name, [MODEL], SPLIT, progress=Progress(step))
-    if session.failures:
-        raise ValueError(f"{MODEL} is not trained: {session.failures[0].reason}")
-    version = session.versions[0]
+    training = Training(dataset=snapshot.name, models=(MODEL,), split=(SPLIT,))
+    (version,) = TRAIN.answer(training, laboratory, step).versions
     step(0, 0, "promoting")
-    return TrainedModel(
-        version, promote_version(store, url, version.label, reason=REASON), len(snapshot.table)
-    )
+    promoting = Promoting(model=version.name, version=version.version, reason=REASON)
+    decision = PROMOTE.answer(promoting, laboratory, step)
+    return TrainedModel(version, decision, len(snapshot.table))
 
 
 def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:

@@ -24,14 +24,9 @@ from .json_route import in_address
 _MOST_BYTES = 2_000_000
 
 
-#: What a hidden control sends for a checkbox that may be ticked.
-_UNTICKED = "false"
-
-
-async def sent_texts(http: HttpRequest) -> dict[str, str]:
-    """The text of each control, and of each file that was sent; of several controls of one name
-    with commas between. Fields in the address are those of the operation."""
-    texts: dict[str, str] = {}
+async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
+    """The texts of each control and of each file that was sent, and what the address holds."""
+    texts: dict[str, list[str]] = {}
     async with http.form() as form:
         for name, value in form.multi_items():
             if isinstance(value, UploadFile):
@@ -39,15 +34,13 @@ async def sent_texts(http: HttpRequest) -> dict[str, str]:
                 if len(content) > _MOST_BYTES:
                     words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
                     raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
-                texts[name] = content.decode("utf-8-sig", "replace")
-            elif texts.get(name, "") in ("", _UNTICKED):
-                texts[name] = value
-            elif value:
-                texts[name] = f"{texts[name]},{value}"
-    return {**texts, **in_address(http)}
+                texts[name] = [content.decode("utf-8-sig", "replace")]
+            else:
+                texts.setdefault(name, []).append(value)
+    return texts | {name: [text] for name, text in in_address(http).items()}
 
 
-SentTexts = Annotated[Mapping[str, str], Depends(sent_texts)]
+SentTexts = Annotated[Mapping[str, list[str]], Depends(sent_texts)]
 
 
 def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:

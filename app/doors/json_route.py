@@ -36,7 +36,7 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
             return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:
             operation.check(request, laboratory)
-        return finite(operation.answer(request, laboratory, _no_progress).to_json())
+        return finite(operation.answer(request, laboratory, _no_progress).to_network_json())
 
     router.add_api_route(
         address,

@@ -45,7 +45,6 @@ KINDS = KindTable(
         "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
         "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
         "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
-        "train": (".app.jobs.job_kinds.train", "TRAIN"),
         "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
     }
 )

@@ -58,4 +58,9 @@ def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
         return None
     shown = form_page(operation)
     values = {name: quote(text) for name, text in texts_of(request, everything=True).items()}
-    return JobForm(shown.page.format(**values), shown.form, texts_of(request))
+    fields: dict[str, str | list[str]] = {}
+    for name, text in texts_of(request).items():
+        value = getattr(request, name)
+        several = isinstance(value, tuple) and all(isinstance(part, str) for part in value)
+        fields[name] = list(value) if several else text
+    return JobForm(shown.page.format(**values), shown.form, fields)

@@ -12,7 +12,9 @@ from ...schema.addresses import address_for_display
 from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
-from ..doors.python import PythonMethod
+from ..doors.python import PythonMethod, answer_of
+from ..operations.faults import read
+from ..operations.laboratory import Laboratory
 from ..operations.validate.request import ValidationRequest
 from ..operations.validate.validating import VALIDATE
 
@@ -36,9 +38,6 @@ if TYPE_CHECKING:
     from ..operations.validate.service import TwinValidation
     from .laboratory_twin import LaboratoryTwin
     from .plans import PlanCollection
-
-#: What is held out for judging, unless a training says otherwise.
-SPLITS = ("repetitions", "configurations")
 
 
 class ExperimentStore:
@@ -88,7 +87,7 @@ class ExperimentStore:
         `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
         and nothing is stored.
         """
-        from ...ingest.settings import ExtractionSettings
+        from ...ingest.extraction.settings import ExtractionSettings
         from ..operations.ingest.service import IngestOptions, ingest_campaign
 
         if target_motion not in ("none", "plate"):
@@ -188,79 +187,66 @@ class ExperimentStore:
     @raises_library_errors
     def datasets(self) -> pd.DataFrame:
         """A frozen dataset in each row: name, hash, pulses, campaigns."""
-        from ...dataset.catalog import list_snapshots
+        from ..operations.train.stored_datasets import DATASET_LIST
 
-        with self.store.reading() as session:
-            return frame_of(list_snapshots(session), ("name", "hash", "pulses", "campaigns"))
+        request = DATASET_LIST.request()
+        listed = answer_of(DATASET_LIST, request, Laboratory(self.store, self.url))
+        return frame_of(listed.to_json(), ("name", "hash", "pulses", "campaigns"))
 
     @raises_library_errors
     def dataset(
-        self,
-        name: str,
-        *,
-        campaigns: Sequence[str] | None = None,
-        predictors: str | None = None,
-        quality: str = "reject",
-        extraction: str | None = None,
-        velocity: str | None = None,
+        self, name: str, *, campaigns: str | Sequence[str] | None = None, **settings: Any
     ) -> FrozenDataset:
         """The dataset of this name (or hash); with `campaigns`, their usable pulses frozen under
         it.
 
-        The same content again is the same dataset. `predictors` is "hammer", "gun" or the path of a
-        TOML file; `quality` the gravest verdict that leaves an impact out ("reject", "warning",
-        "none"); `velocity` "before-contact" or "integrated" converts impact velocities to one kind.
+        The same content again is the same dataset.
+
+        Parameters:
+            name: The name of the dataset.
+            campaigns: Those whose pulses are frozen.
+            settings: `predictors`, `quality`, `extraction` and `velocity`, as options of `pyroshock
+                dataset build`.
         """
-        from ...dataset.predictors import predictors_named
-        from ...dataset.snapshot import build_snapshot, read_snapshot
+        from ...dataset.snapshot import read_snapshot
+        from ..operations.train.build_dataset import DATASET_BUILD, DatasetBuilding
         from ..operations.train.service import FrozenDataset
 
         if campaigns is None:
             return FrozenDataset(read_snapshot(self.store, name))
-        chosen = predictors_named(predictors) if predictors else None
-        names = _names(campaigns)
-        return FrozenDataset(
-            build_snapshot(self.store, name, names, chosen, quality, extraction, velocity).snapshot
-        )
+        values = {"name": name, "campaigns": _names(campaigns), **settings}
+        request = read(DatasetBuilding, values, "python")
+        built = answer_of(DATASET_BUILD, request, Laboratory(self.store, self.url)).built
+        return FrozenDataset(built.snapshot)
 
     @raises_library_errors
     def train(
         self,
         dataset: FrozenDataset | str,
         *,
-        models: str | Sequence[str] = "all",
-        splits: str | Sequence[str] = SPLITS,
-        seed: int = 0,
-        budget: str = "reduced",
-        retrain: bool = False,
+        splits: str | Sequence[str] = (),
         jobs: int = 1,
         progress: bool = True,
+        **settings: Any,
     ) -> TrainingRuns:
         """Train models on a dataset and register them, each judged on pulses that it has not seen:
         `pyroshock train`.
 
-        What is registered already is not trained again. `jobs` processes train at once.
+        What is registered already is not trained again.
+
+        Parameters:
+            dataset: The dataset, or its name.
+            splits: What is held out; repetitions and configurations unless it is given.
+            jobs: How many processes train at once.
+            settings: `models`, `seed`, `budget` and `retrain`, as options of `pyroshock train`.
         """
         from ...parallel.executor import ExecutorConfig
-        from ...training.fitting.session import Progress
-        from ..operations.train.service import train_models, training_runs
+        from ..operations.train.train import TRAIN, Training
 
-        if budget not in ("reduced", "full"):
-            raise ValueError(f"budget is {budget!r}; expected 'reduced' or 'full'")
-        with step_bar("training", "models", progress) as step:
-            session, _ = train_models(
-                self.store,
-                self.url,
-                dataset if isinstance(dataset, str) else dataset.name,
-                [models] if isinstance(models, str) else models,
-                splits if isinstance(splits, str) else ",".join(splits),
-                seed=seed,
-                budget="full" if budget == "full" else "reduced",
-                retrain=retrain,
-                executor=ExecutorConfig(jobs=jobs),
-                progress=Progress(step),
-            )
-        return training_runs(session)
+        name = dataset if isinstance(dataset, str) else dataset.name
+        request = read(Training, {"dataset": name, "split": splits, **settings}, "python")
+        laboratory = Laboratory(self.store, self.url, ExecutorConfig(jobs=jobs))
+        return answer_of(TRAIN, request, laboratory, progress)
 
     @raises_library_errors
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
@@ -284,37 +270,35 @@ class ExperimentStore:
         return read_model(self.url, name, split)
 
     @raises_library_errors
-    def compare(
-        self,
-        *models: str,
-        dataset: str | None = None,
-        split: str = "repetitions",
-        metric: str = "force_nrmse",
-    ) -> ModelComparison:
+    def compare(self, *models: str, **choice: Any) -> ModelComparison:
         """Versions ("hybrid@3") on the held-out pulses they have in common: which is better, and
-        whether by chance."""
-        from ..operations.train.comparing import metrics_named
-        from ..operations.train.service import ModelComparison, compare_versions
+        whether by chance.
 
-        (wanted,) = metrics_named(metric)[:1]
-        comparisons = compare_versions(
-            self.store, self.url, models, dataset=dataset, split=split, metric=wanted
-        )
-        return ModelComparison(comparisons, wanted)
+        Parameters:
+            models: Versions or models; without any, the newest of each model.
+            choice: `dataset`, `split` and `metric`, as options of `pyroshock compare`.
+        """
+        from ..operations.train.compare import COMPARE, Comparing
+
+        request = read(Comparing, {"version": models, **choice}, "python")
+        return answer_of(COMPARE, request, Laboratory(self.store, self.url))
 
     @raises_library_errors
-    def promote(
-        self, model: str, *, reason: str = "", on: str | None = None, force: bool = False
-    ) -> PromotionDecision:
+    def promote(self, model: str, **settings: Any) -> PromotionDecision:
         """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen
         configurations better.
 
-        `on` is a dataset or campaign whose pulses decide; `force` puts it in use though it is
-        worse, which needs a `reason`. The decision is kept either way.
-        """
-        from ..operations.train.service import promote_version
+        The decision is kept either way.
 
-        return promote_version(self.store, self.url, model, on=on, force=force, reason=reason)
+        Parameters:
+            model: The version.
+            settings: `reason`, `on` (a dataset or campaign whose pulses decide) and `force` (put it
+                in use though it is worse, which needs a `reason`).
+        """
+        from ..operations.train.promote import PROMOTE, Promoting
+
+        request = read(Promoting, {"model": model, **settings}, "python")
+        return answer_of(PROMOTE, request, Laboratory(self.store, self.url))
 
     # --- twin and diagnosis
 

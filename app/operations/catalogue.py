@@ -27,6 +27,23 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "simulate": ("plan.simulate", "SIMULATE", "simulate"),
     "tune": ("tune.tuning", "TUNE", "tune"),
     "validate": ("validate.validating", "VALIDATE", "validate"),
+    "train": ("train.train", "TRAIN", "train"),
+    "compare": ("train.compare", "COMPARE", "compare"),
+    "promote": ("train.promote", "PROMOTE", "promote"),
+    "model-show": ("train.stored_models", "MODEL_SHOW", "models show"),
+    "model-delete": ("train.stored_models", "MODEL_DELETE", "models delete"),
+    "model-recover": ("train.stored_models", "MODEL_RECOVER", "models recover"),
+    "dataset-build": ("train.build_dataset", "DATASET_BUILD", "dataset build"),
+    "dataset-list": ("train.stored_datasets", "DATASET_LIST", "dataset list", "datasets list"),
+    "dataset-show": ("train.stored_datasets", "DATASET_SHOW", "dataset show", "datasets show"),
+    "dataset-trace": ("train.stored_datasets", "DATASET_TRACE", "dataset trace"),
+    "dataset-export": ("train.stored_datasets", "DATASET_EXPORT", "dataset export"),
+    "dataset-delete": (
+        "train.stored_datasets",
+        "DATASET_DELETE",
+        "dataset delete",
+        "datasets delete",
+    ),
 }
 
 

@@ -69,6 +69,16 @@ class RequestError(ValueError):
         self.faults = tuple(faults)
 
 
+@contextmanager
+def about(field: str) -> Iterator[None]:
+    """Errors within are about this field, so that a form shows them beside its control."""
+    try:
+        yield
+    except (LookupError, ValueError) as error:
+        error.__dict__.setdefault("field", field)
+        raise
+
+
 def read(request: type[Asked], values: Mapping[str, Any], source: Source) -> Asked:
     """The request of these values. Raises `RequestError`."""
     try:

@@ -25,8 +25,9 @@ _KEY = "pyroshock"
 class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
     `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
-    `option` is an older spelling that commands keep, `unit` is the SI unit of its number, `lines` a
-    form's height for a text of several, `label` its words in a form."""
+    `option` is an older spelling that commands keep, `words` says that the option takes all words
+    behind it, `unit` is the SI unit of its number, `lines` a form's height for a text of several,
+    `label` its words in a form."""
 
     positional: bool = False
     metavar: str = ""
@@ -35,6 +36,7 @@ class Presentation:
     unit: str = ""
     lines: int = 1
     label: str = ""
+    words: bool = False
 
 
 def request_field(
@@ -196,17 +198,22 @@ def _read_file(
 # --- lists, points and pairs
 
 
-def _names(value: Any) -> Any:
-    """`a,b` and repeated texts as names; None of them is empty."""
+def _names(value: Any, info: ValidationInfo) -> Any:
+    """`a,b` and repeated texts as names; None of them is empty. Names of a list may have commas,
+    but on the command line."""
     if value is None:
         return ()
     texts = (value,) if isinstance(value, str) else value
     if not isinstance(texts, Sequence):
         return value
+    divided = isinstance(value, str) or source_of(info) == "command"
     parts = [
-        part for text in texts for part in (text.split(",") if isinstance(text, str) else [text])
+        part
+        for text in texts
+        for part in (text.split(",") if divided and isinstance(text, str) else [text])
     ]
-    return tuple(part.strip() if isinstance(part, str) else part for part in parts if part != "")
+    names = (part.strip() if isinstance(part, str) else part for part in parts)
+    return tuple(dict.fromkeys(name for name in names if name != ""))
 
 
 #: Names, as a list, as one text with commas, or repeated.

@@ -10,12 +10,14 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from .faults import bare, bounds, read, read_variant
+from .faults import Fault, RequestError, bare, bounds, expectation, read, read_variant
 from .fields import TextFile, presentation_of, spelling_of
 from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
 FILE = ".file"
+#: What a hidden control sends for a checkbox that may be ticked.
+UNTICKED = "false"
 
 
 @dataclass(frozen=True)
@@ -148,22 +150,44 @@ def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
     }
 
 
-def read_form(operation: Operation[Any, Any], sent: Mapping[str, str]) -> Request:
-    """The request of a form: what was left empty has its default.
+def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]]) -> Request:
+    """The request of a form, of which `sent` has all texts of each control: what was left empty has
+    its default.
 
     Raises `faults.RequestError`, whose faults name the controls.
     """
     values: dict[str, Any] = {}
-    for name, text in sent.items():
+    for name, texts in sent.items():
         field_name = name.removesuffix(FILE)
-        if text.strip() and (name == field_name or not values.get(field_name)):
-            values[field_name] = text
+        filled = [text for text in texts if text.strip()]
+        if len(filled) > 1:  # a hidden control stands before a checkbox
+            filled = [text for text in filled if text != UNTICKED]
+        if filled and (name == field_name or not values.get(field_name)):
+            several = len(filled) > 1 and _takes_several(operation, field_name)
+            values[field_name] = filled if several else ",".join(filled)
+    missing = [name for name in form_page(operation).required if name not in values]
+    if missing:
+        fields = operation.request.model_fields
+        raise RequestError(
+            [
+                Fault(name, f"{name} is missing; expected {expectation(fields[name])}")
+                for name in missing
+            ]
+        )
     request: Request
     if operation.variants:
         request = read_variant(operation.requests(), _own_fields(operation, values), "network")
     else:
         request = read(operation.request, _own_fields(operation, values), "network")
     return request
+
+
+def _takes_several(operation: Operation[Any, Any], name: str) -> bool:
+    """Whether a field takes a list: of another one, the texts have commas between them."""
+    fields = [request.model_fields.get(name) for request in operation.requests()]
+    return any(
+        get_origin(bare(field.annotation)) in (tuple, list) for field in fields if field is not None
+    )
 
 
 def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,9 +10,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
+from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
     from ..figures.figure import Plot
@@ -81,8 +82,15 @@ class Result:
     """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
     else."""
 
-    #: 1 where the answer to what was asked is "no".
-    exit_code: int = 0
+    @property
+    def exit_code(self) -> int:
+        """1 where the answer to what was asked is "no"."""
+        return 0
+
+    def fault(self) -> str:
+        """What of it could not be done, which is told last and makes the exit code 2; mostly
+        empty."""
+        return ""
 
     def notes(self) -> Sequence[str]:
         """Remarks beside the answer: what was assumed, and what was left out."""
@@ -107,6 +115,10 @@ class Result:
     def to_json(self) -> Any:
         """The answer for other programs: SI numbers, units in the keys."""
         raise NotImplementedError
+
+    def to_network_json(self) -> Any:
+        """What the JSON route answers; mostly the same."""
+        return self.to_json()
 
     def job_data(self) -> Any:
         """What a job keeps, from which the page of the answer is drawn."""
@@ -151,7 +163,7 @@ class Rows(Result):
 
 
 Asked = TypeVar("Asked", bound=Request)
-Answer = TypeVar("Answer", bound=Result)
+Answer = TypeVar("Answer", bound=Result, default=Any)
 
 
 @dataclass(frozen=True)
@@ -160,7 +172,7 @@ class Output(Generic[Answer]):
 
     `in_place_of_tables`: whoever asks for the file does not read the tables as well. `check` raises
     for a file that cannot be written, before the work; `missing` says why an answer has nothing to
-    write, and is empty where it has.
+    write, and is empty where it has. `older` is a spelling of the option that commands keep.
     """
 
     name: str
@@ -170,6 +182,7 @@ class Output(Generic[Answer]):
     in_place_of_tables: bool = False
     check: Callable[[Path], None] | None = None
     missing: Callable[[Answer], str] = lambda _: ""
+    older: str = ""
     #: The command does nothing else than to write it.
     required: bool = False
 
@@ -177,11 +190,13 @@ class Output(Generic[Answer]):
 @dataclass(frozen=True)
 class FormPage:
     """A page of its own with the form of an operation: its address, in which fields of the request
-    may stand in braces, the id of the form, and the address that the form is sent to."""
+    may stand in braces, the id of the form, and the address that the form is sent to, in which
+    fields may stand, too. `required` are fields that the form does not leave to their defaults."""
 
     page: str
     form: str
     action: str
+    required: tuple[str, ...] = ()
 
 
 def _label(request: Any) -> str:
@@ -239,6 +254,10 @@ class Operation(Generic[Asked, Answer]):
     def words(self) -> tuple[str, ...]:
         """The words of its command."""
         return self.command or (self.name,)
+
+    def title(self, request: Asked) -> str:
+        """What a list of jobs and a progress bar call a request: "Plan spring"."""
+        return f"{' '.join(self.words).capitalize()} {self.label(request)}".strip()
 
     def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
         """The answer, with everything stored."""

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..common.number_format import percent
+from ..common.number_format import error_percent, percent
 from ..common.quantities import cell, display_of
 
 #: From this probability of chance on, a difference is not called one.
@@ -24,12 +24,13 @@ class Number:
     """A number of a result. `key` is its column: a quantity with its SI unit at the end.
 
     `kind` "share" is a probability or a part of a whole, shown in whole per cent; "part" an error
-    as a part of its value, with a decimal; "count" a whole number.
+    as a part of its value, with a decimal; "error" a relative error, in per cent with three digits;
+    "count" a whole number.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "part", "count"] = "quantity"
+    kind: Literal["quantity", "share", "part", "error", "count"] = "quantity"
 
     @property
     def cell(self) -> str:
@@ -38,6 +39,8 @@ class Number:
             return percent(self.value)
         if self.kind == "part":
             return f"{100 * self.value:.1f} %"
+        if self.kind == "error":
+            return error_percent(self.value)
         return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
 
     def __str__(self) -> str:
@@ -83,6 +86,12 @@ BETTER = Rule(
     lambda difference, p_value: (
         _finite(difference, p_value) and difference < 0 and p_value < SIGNIFICANCE
     ),
+)
+#: Two that came out alike to the last digit.
+EQUAL = Rule(
+    "equal",
+    "there is no difference at all",
+    lambda difference: difference == 0,
 )
 #: A comparison that chance explains.
 NOT_TOLD_APART = Rule(

@@ -3,36 +3,35 @@ and trainings."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Form, Query
+from fastapi import APIRouter, Query
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...dataset.catalog import list_snapshots, list_withdrawals
-from ...dataset.snapshot import SnapshotError, build_snapshot, raw_files, read_snapshot
+from ...dataset.snapshot import SnapshotError, raw_files, read_snapshot
 from ...schema.campaigns import Campaign
 from ...schema.impacts import DatasetSnapshot, Impact, Pulse, SnapshotPulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
-from ..common.model_registry import models_extra
-from ..doors.api.train import registry_at, train_job
-from ..jobs.job_kinds.train import TrainArguments
-from ..operations.faults import FieldError
+from ..common.model_registry import models_extra, registry_at
+from ..operations.form import controls
+from ..operations.train.build_dataset import DATASET_BUILD
 from ..operations.train.datasets import correlation_rows, range_rows, snapshot_as_json
 from ..operations.train.figures import version_rows
-from ..operations.train.wording import MODEL_SENTENCES, bounded, share, share_range
-from ..web.dependencies import Configured, Name, OpenStore, Running, writable
-from ..web.jobs import followed
+from ..operations.train.train import TRAIN
+from ..operations.train.wording import bounded, model_sentences, share, share_range
+from ..web.dependencies import Configured, Name, OpenStore
 from ..web.rendering import page, part
 
 router = APIRouter()
 
 #: What a training may hold out, in the words of its form.
 SPLITS = {
-    "repetitions,configurations": "repetitions and configurations: both figures of each version",
+    "": "repetitions and configurations, as far as the dataset can be split so",
     "repetitions": "repetitions: how well it repeats configurations that it knows",
     "configurations": "configurations: how well it predicts configurations that it has not seen",
     "treatments": "treatments: as configurations, apart from the velocity",
@@ -96,32 +95,8 @@ def datasets(request: Request, store: OpenStore, settings: Configured) -> Respon
         "datasets.html",
         rows=dataset_rows(store, settings.db),
         campaigns=[row for row in store.read(list_campaigns) if row["impacts"]],
+        controls=controls(DATASET_BUILD, names=("quality", "velocity", "predictors")),
     )
-
-
-@router.post("/datasets")
-def build(
-    store: OpenStore,
-    name: Annotated[str, Form(max_length=300)] = "",
-    # A form's default, which nobody changes.
-    campaigns: Annotated[list[str], Form()] = [],  # noqa: B006
-    quality: Annotated[Literal["reject", "warning", "none"], Form()] = "reject",
-    velocity: Annotated[Literal["", "before-contact", "integrated"], Form()] = "",
-) -> Response:
-    if not name.strip():
-        raise FieldError("name", "Enter a name for the dataset.")
-    if not campaigns:
-        raise FieldError("campaigns", "Choose at least one campaign.")
-    try:
-        built = build_snapshot(
-            store, writable(name.strip()), campaigns, quality=quality, velocity=velocity or None
-        )
-    except SnapshotError as error:
-        raise FieldError("name", str(error)) from error
-    except (LookupError, ValueError) as error:
-        raise FieldError("campaigns", str(error)) from error
-    existing = "" if built.added else "?existing=true"
-    return RedirectResponse(f"/datasets/{part(built.snapshot.name)}{existing}", 303)
 
 
 @router.get("/datasets/{name}")
@@ -184,36 +159,7 @@ def training_form(
             for row in rows
         ],
         dataset=dataset,
-        models=MODEL_SENTENCES,
+        models=model_sentences(),
         splits=list(SPLITS.items()),
+        controls=controls(TRAIN, names=("budget", "seed")),
     )
-
-
-@router.post("/models/train")
-def train(
-    store: OpenStore,
-    running: Running,
-    dataset: Annotated[str, Form(max_length=1000)] = "",
-    models: Annotated[list[str], Form()] = [],  # noqa: B006
-    split: Annotated[str, Form(max_length=1000)] = "repetitions,configurations",
-    budget: Annotated[Literal["reduced", "full"], Form()] = "reduced",
-    seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
-) -> Response:
-    if not dataset:
-        raise FieldError("dataset", "Choose a dataset.")
-    if not models:
-        raise FieldError("models", "Choose at least one model.")
-    unknown = [model for model in models if model not in MODEL_SENTENCES]
-    if unknown:
-        raise FieldError("models", f"There is no model {unknown[0]!r}.")
-    try:
-        read_snapshot(store, dataset)
-    except (LookupError, SnapshotError) as error:
-        raise FieldError("dataset", str(error)) from error
-    try:
-        with models_extra():
-            return followed(
-                train_job(running, store, TrainArguments(dataset, models, split, seed, budget))
-            )
-    except (LookupError, ValueError) as error:
-        raise FieldError("split", str(error)) from error

@@ -10,8 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ..common.errors import is_for_the_user
-from ..common.model_registry import models_extra
-from ..doors.api.train import registry_at
+from ..common.model_registry import models_extra, registry_at
 from ..web.dependencies import Configured, OpenStore
 from ..web.rendering import page
 from .overview import AttentionItem, list_attention, list_recent_campaigns, list_running

@@ -8,15 +8,12 @@ from typing import Any
 
 from fastapi import APIRouter
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
 from ...dataset.catalog import get_snapshot_row
-from ..common.model_registry import models_extra
-from ..doors.api.train import needed
+from ..common.model_registry import models_extra, needed
 from ..operations.train.deletion import (
     InUseError,
-    delete_dataset,
-    delete_version,
     unused_version,
     versions_of_dataset,
 )
@@ -48,12 +45,6 @@ def ask_dataset(request: Request, name: Name, store: OpenStore, settings: Config
     )
 
 
-@router.post("/datasets/{name}/delete")
-def dataset(name: Name, store: OpenStore, settings: Configured) -> Response:
-    delete_dataset(store, settings.db, name)
-    return RedirectResponse("/datasets", 303)
-
-
 @router.get("/models/{name}/{version}/delete")
 def ask_version(request: Request, name: Name, version: Key, settings: Configured) -> Response:
     label = f"{name}@{version}"
@@ -83,14 +74,6 @@ def ask_version(request: Request, name: Name, version: Key, settings: Configured
             "the decisions on its promotion."
         ],
     )
-
-
-@router.post("/models/{name}/{version}/delete")
-def version(name: Name, version: Key, settings: Configured) -> Response:
-    with models_extra():
-        needed(settings.db)
-    delete_version(settings.db, f"{name}@{version}")
-    return RedirectResponse("/models", 303)
 
 
 def _confirmation_page(

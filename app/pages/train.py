@@ -6,19 +6,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import APIRouter, Form, Query
+from fastapi import APIRouter, Query
 from sqlalchemy import select
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
 from ...dataset.catalog import list_snapshots, list_withdrawals
 from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
-from ..common.model_registry import models_extra, reader_of, withdrawn_words
+from ...training.evaluation.metrics import METRICS
+from ...training.registry.listing import chosen
+from ..common.model_registry import (
+    models_extra,
+    needed,
+    reader_of,
+    registry_at,
+    withdrawn_words,
+)
 from ..common.quantities import velocities_of
-from ..doors.api.train import chosen_versions, needed, promote, registry_at
-from ..operations.faults import FieldError
+from ..operations.faults import read
+from ..operations.laboratory import Laboratory
 from ..operations.train.charts import (
     against_figure,
     coverage_figure,
@@ -30,13 +38,13 @@ from ..operations.train.charts import (
     search_figure,
     training_figures,
 )
-from ..operations.train.comparing import UNSEEN_SPLITS
+from ..operations.train.compare import COMPARE, MOST_COMPARED, Comparing
+from ..operations.train.comparing import MOST_EACH_WITH_EACH
 from ..operations.train.figures import (
     compared_to,
     evaluated_figures,
     listed_versions,
     residual_columns,
-    side_by_side,
     version_rows,
     worst_pulses,
 )
@@ -44,19 +52,24 @@ from ..operations.train.searches import (
     importance_of,
     importance_sentence,
     search_sentence,
+    settings_rows,
     trial_rows,
 )
 from ..operations.train.wording import (
     bounded,
-    error_sentence,
-    lead_sentence,
+    common_split,
+    comparison_sentences,
+    comparison_tables,
+    is_warned_of,
+    metric_cell,
     share,
     share_range,
     share_with_range,
     unseen,
+    version_sentences,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
-from ..web.rendering import page, part
+from ..web.rendering import page
 
 if TYPE_CHECKING:
     from ...training.tuning.trials import SettingsSearch
@@ -82,6 +95,8 @@ _WORDS: dict[str, Any] = {
     "share_with_range": share_with_range,
     "bounded": bounded,
     "unseen": unseen,
+    "is_warned_of": is_warned_of,
+    "metric_cell": metric_cell,
 }
 
 
@@ -124,7 +139,7 @@ def models(
         withdrawn=withdrawn,
         has_datasets=bool(store.read(list_snapshots)),
         chart_=chart,
-        sentence=error_sentence,
+        sentences=version_sentences,
         **_WORDS,
     )
 
@@ -153,9 +168,8 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
         with models_extra():
             registry = needed(db)
             labels = [row["label"] for row in (reference, *others)]
-            first, *following = [
-                version for label in labels for version in chosen_versions(registry, [label])
-            ]
+            every = registry.versions()
+            first, *following = [chosen(every, label) for label in labels]
             try:
                 differences = compared_to(registry, first, following, reader_of(store))
             except (ValueError, LookupError):  # pulses were deleted; the note of the page says so
@@ -180,108 +194,75 @@ def compare(
     request: Request,
     store: OpenStore,
     settings: Configured,
-    version: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
+    version: Annotated[list[str], Query()] = [],  # noqa: B006
+    split: Word = "",
 ) -> Response:
     status, fault, comparison, rows = 200, "", None, []
-    ticked = [_ticked(text) for text in version]
-    splits = {split for _, split in ticked}
     with models_extra():
         registry = registry_at(settings.db)
         choices = [] if registry is None else listed_versions(registry, every=True)
         if version and registry is not None:
             try:
-                if len(splits) > 1:
-                    raise ValueError(
-                        "versions of several splits are chosen; choose versions of one split"
-                    )
-                chosen = chosen_versions(
-                    registry, [label for label, _ in ticked], min(splits) or None
-                )
-                comparison = side_by_side(registry, chosen, reader_of(store))
-                rows = version_rows(registry, chosen)
+                values = {"version": version, "split": split or None}
+                comparing = read(Comparing, values, "network")
+                laboratory = Laboratory(store, settings.db)
+                comparison = COMPARE.answer(comparing, laboratory, lambda *_: None)
+                rows = version_rows(registry, comparison.comparisons.versions)
             except (LookupError, ValueError) as error:
                 status, fault = (404 if isinstance(error, LookupError) else 422), str(error)
+    plain = None if comparison is None else comparison.plain
+    chosen_rows = {(row["label"], row["split"]) for row in rows}
     return page(
         request,
         "models_compare.html",
         status=status,
         choices=choices,
-        chosen={(row["label"], row["split"]) for row in rows} or _ticked_rows(ticked, choices),
-        split=min((row["split"] for row in rows), default="")
-        if len({row["split"] for row in rows}) == 1
-        else "",
+        chosen=chosen_rows or _ticked_rows(version, split, choices),
+        split="" if plain is None else common_split(plain),
+        most=MOST_COMPARED,
         fault=fault,
-        found=comparison,
-        result=None if comparison is None else _comparison(comparison, rows),
+        found=plain,
+        result=None if plain is None else _comparison(plain, rows),
         **_WORDS,
     )
 
 
-def _ticked(text: str) -> tuple[str, str]:
-    """A version and the split of its row in the list, "" for an address without one: "svr@1
-    configurations"."""
-    label, _, split = text.partition(" ")
-    return label, split
-
-
 def _ticked_rows(
-    ticked: Sequence[tuple[str, str]], choices: Sequence[Mapping[str, Any]]
+    ticked: Sequence[str], split: str, choices: Sequence[Mapping[str, Any]]
 ) -> set[tuple[str, str | None]]:
-    """The rows of the list to tick: of a version without a split, the first row that it has
-    there."""
+    """The rows of the list to tick, of texts such as "svr@1 configurations": of a version without a
+    split, the first row that it has there."""
     first_split = {row["label"]: row["split"] for row in reversed(choices)}
-    return {(label, split or first_split.get(label)) for label, split in ticked}
+    pairs = (text.partition(" ")[::2] for text in ticked)
+    return {(label, own or split or first_split.get(label)) for label, own in pairs}
+
+
+#: What the page of a comparison draws and says.
+_COMPARED = ("force_nrmse", "contact_time_error")
 
 
 def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What the page of a comparison says and draws: sentences, forest plots, and the versions that
-    can be promoted."""
-    metrics = ("force_nrmse", "contact_time_error")
-    means = {
-        metric: {model["label"]: model["metrics"][metric] for model in comparison["models"]}
-        for metric in metrics
-    }
-    splits = {row["split"] for row in rows}
-    split = splits.pop() if len(splits) == 1 else ""
+    """What the page of a comparison says and draws: sentences about the best version, forest plots,
+    tables, and the versions that can be promoted."""
+    differences = comparison["differences"]
     best = comparison["models"][0]["label"]
-    paired = {row["a"] for row in comparison["differences"]} & {
-        row["label"] for row in rows if row["champion"]
-    }
-    complete = len(rows) <= 4  # of more versions, the best alone was compared with all
-    reference = next(iter(sorted(paired)), best) if complete else best
+    of_best = [row for row in differences if best in (row["a"], row["b"])]
+    in_use = sorted(row["label"] for row in rows if row["champion"])
+    compared_with_all = len(rows) <= MOST_EACH_WITH_EACH
+    reference = in_use[0] if in_use and compared_with_all else best
     return {
-        "sentences": [
-            lead_sentence(row, means[row["metric"]], split)
-            for metric in metrics
-            for row in comparison["differences"]
-            if row["metric"] == metric and best in (row["a"], row["b"])
-        ],
+        "sentences": list(comparison_sentences({**comparison, "differences": of_best}, _COMPARED)),
         "reference": reference,
         "figures": {
             metric: difference_figure(
-                differences_to(reference, comparison["differences"], metric), reference, metric
+                differences_to(reference, differences, metric), reference, metric
             )
-            for metric in metrics
+            for metric in _COMPARED
         },
         "rows": rows,
-        "advice": _advice(comparison, split),
+        "tables": comparison_tables(comparison, METRICS),
         "candidates": [row for row in rows if not row["champion"] and not row["not_usable"]],
     }
-
-
-def _advice(comparison: Mapping[str, Any], split: str) -> str:
-    """What follows from the verdict on unseen configurations."""
-    if (label := comparison["promotable"]) is not None:
-        return f"{label} is better beyond chance on unseen configurations."
-    if split not in UNSEEN_SPLITS:
-        return (
-            "These held-out pulses are of configurations that the versions have "
-            "seen: they do not decide."
-        )
-    return (
-        "No version is better than the others beyond chance on unseen "
-        "configurations: measure further ones."
-    )
 
 
 @router.get("/models/{name}/{version}")
@@ -296,25 +277,25 @@ def model(
 ) -> Response:
     with models_extra():
         registry = needed(settings.db)
-        chosen = chosen_versions(registry, [f"{name}@{version}"], split or None)[0]
         versions = registry.versions()
-        splits = sorted(record.split for record in versions if record.label == chosen.label)
-        rows = version_rows(registry, [entry for entry in versions if entry.name == chosen.name])
-        row = next(entry for entry in rows if entry["run_id"] == chosen.run_id)
-        evaluation, why_not = _evaluation(registry, chosen, store)
-        figures = None if evaluation is None else evaluated_figures(evaluation, chosen.label)
-        fit_settings = registry.fit_settings(chosen)
-        histories = registry.fit_histories(chosen)
-        searches = registry.searches(chosen)
-        decisions = [entry for entry in registry.decisions() if entry.candidate == chosen.label]
-    velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": chosen.dataset.velocity_kind}
+        record = chosen(versions, f"{name}@{version}", split or None)
+        splits = sorted(entry.split for entry in versions if entry.label == record.label)
+        rows = version_rows(registry, [entry for entry in versions if entry.name == record.name])
+        row = next(entry for entry in rows if entry["run_id"] == record.run_id)
+        evaluation, why_not = _evaluation(registry, record, store)
+        figures = None if evaluation is None else evaluated_figures(evaluation, record.label)
+        fit_settings = registry.fit_settings(record)
+        histories = registry.fit_histories(record)
+        searches = registry.searches(record)
+        decisions = [entry for entry in registry.decisions() if entry.candidate == record.label]
+    velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": record.dataset.velocity_kind}
     with velocities_of([velocity]):
         return page(
             request,
             "model.html",
             row=row,
             splits=splits,
-            sentence=error_sentence(row),
+            sentences=version_sentences(row),
             found=figures,
             why_not=why_not,
             against={}
@@ -322,17 +303,17 @@ def model(
             else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
             residuals={}
             if evaluation is None
-            else residual_figures(residual_columns(evaluation, chosen.label)),
+            else residual_figures(residual_columns(evaluation, record.label)),
             coverage=None if figures is None else coverage_figure(figures),
             worst=[]
             if evaluation is None
-            else _with_impacts(store, worst_pulses(evaluation, chosen.label)),
+            else _with_impacts(store, worst_pulses(evaluation, record.label)),
             history=history_figure(rows),
             training=training_figures(histories),
             searches=[_search(part, search) for part, search in searches.items()],
             decisions=decisions,
             decision=decisions[0] if decided and decisions else None,
-            settings=fit_settings,
+            settings=settings_rows(fit_settings, searches),
             datasets=[entry["name"] for entry in store.read(list_snapshots)],
             campaigns=[entry["name"] for entry in store.read(list_campaigns)],
             **_WORDS,
@@ -372,34 +353,3 @@ def _with_impacts(store: Store, rows: list[dict[str, Any]]) -> list[dict[str, An
         | {key: value for key, value in row.items() if key != "pulse_id"}
         for row in rows
     ]
-
-
-@router.post("/models/{name}/{version}/promote")
-def promoted(
-    name: Name,
-    version: Key,
-    store: OpenStore,
-    settings: Configured,
-    reason: Annotated[str, Form(max_length=4000)] = "",
-    on: Annotated[str, Form(max_length=1000)] = "",
-    force: Annotated[bool, Form()] = False,
-) -> Response:
-    with models_extra():
-        chosen_versions(needed(settings.db), [f"{name}@{version}"])
-    if not reason.strip():
-        raise FieldError(
-            "reason", "There is no reason given. The registry keeps every decision with its reason."
-        )
-    try:
-        promote(
-            store,
-            settings.db,
-            name,
-            version,
-            other=on.strip() or None,
-            forced=force,
-            reason=reason.strip(),
-        )
-    except LookupError as error:
-        raise FieldError("on", str(error)) from error
-    return RedirectResponse(f"/models/{part(name)}/{version}?decided=true", 303)

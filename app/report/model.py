@@ -37,12 +37,12 @@ from ..documents.svg import (
 from ..operations.train.figures import side_by_side, version_row
 from ..operations.train.wording import (
     bounded,
-    error_sentence,
-    lead_sentence,
+    difference_sentence,
     share,
     share_range,
     share_with_range,
     unseen,
+    version_sentences,
 )
 
 if TYPE_CHECKING:
@@ -66,8 +66,6 @@ _COVERED = {
     "force_covered": "force points inside the 90 % band",
     "time_covered": "contact times inside the 90 % band",
 }
-#: What a band promises.
-_NOMINAL = 0.9
 
 
 def model_document(registry: Registry, version: Version, read: Read) -> Document:
@@ -88,9 +86,7 @@ def model_document(registry: Registry, version: Version, read: Read) -> Document
     return Document(
         kind="Model",
         title=version.label,
-        lead=" ".join(
-            [error_sentence(rows[0]), _force_sentence(version), _coverage_sentence(version), in_use]
-        ),
+        lead=" ".join([*map(str, version_sentences(rows[0])), _force_sentence(version), in_use]),
         facts={
             "Dataset": version.dataset.name,
             "Predictors": f"those of a {version.dataset.predictor_set}",
@@ -140,26 +136,6 @@ def _force_words(mean_n: float, ci90: Sequence[float] | None) -> str:
     return f"{words(mean_n)} {force.unit}{between}"
 
 
-def _coverage_sentence(version: Version) -> str:
-    """What the bands hold beside what they promise, and what follows."""
-    estimates = {name: version.metrics[name] for name in _COVERED if name in version.metrics}
-    if not estimates:
-        return "It gives no bands."
-    nouns = {"force_covered": "force points", "time_covered": "contact times"}
-    shares = [
-        f"{percent_with_range(e.mean, (e.low, e.high))} of the {nouns[name]}"
-        for name, e in estimates.items()
-    ]
-    narrow = [nouns[name] for name, estimate in estimates.items() if estimate.high < _NOMINAL]
-    wide = [nouns[name] for name, estimate in estimates.items() if estimate.low > _NOMINAL]
-    verdicts = [f"too narrow for the {' and the '.join(narrow)}"] if narrow else []
-    verdicts += [f"wider than necessary for the {' and the '.join(wide)}"] if wide else []
-    judgement = (
-        f"they are {' and '.join(verdicts)}" if verdicts else "this agrees with the nominal 90 %"
-    )
-    return f"Its 90 % bands hold {' and '.join(shares)}; {judgement}."
-
-
 def _beside_the_one_in_use(
     registry: Registry, versions: Sequence[Version], version: Version, read: Read
 ) -> tuple[str, list[Block]]:
@@ -182,7 +158,7 @@ def _beside_the_one_in_use(
     means = {model["label"]: model["metrics"] for model in result["models"]}
     differences = {row["metric"]: row for row in result["differences"]}
     of_force = {label: metrics["force_nrmse"] for label, metrics in means.items()}
-    sentence = lead_sentence(differences["force_nrmse"], of_force, version.split)
+    sentence = difference_sentence(differences["force_nrmse"], of_force, version.split)
     return f"{champion.label} is in use for a {kind}. {sentence}", [
         _differences(version, champion, means, differences)
     ]
@@ -341,7 +317,7 @@ def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -
 def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]:
     """How many measurements central intervals hold, beside how many they promise to; none without a
     spread."""
-    from ...training.evaluation.plots import LEVELS, coverage
+    from ...training.evaluation.coverage import LEVELS, coverage
 
     pairs = (
         ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),

@@ -141,5 +141,4 @@ def ask_operation(
     """Queue a request. Raises what would only be refused after the work."""
     if operation.check is not None:
         operation.check(request, laboratory)
-    label = f"{operation.name.capitalize()} {operation.label(request)}".strip()
-    return jobs.ask(laboratory.store, kind_of(operation), label, request, host)
+    return jobs.ask(laboratory.store, kind_of(operation), operation.title(request), request, host)

@@ -134,7 +134,11 @@ def test_the_option_goes_before_the_environment_and_commands_and_effects_are_off
     assert completed("diagnose", "x", "--without", "gun.leak,sensor.zero") == [
         "gun.leak,sensor.zero_shift"
     ]
-    assert completed("") == list(COMMANDS) and completed("pl") == ["plan", "plans"]
+    assert completed("") == list(COMMANDS) and completed("pl") == [
+        "plan",
+        "plans",
+        "plugins",
+    ]
     assert "--sort" in completed("impacts", "--s")
 
 

@@ -13,10 +13,11 @@ from pyroshock.app.operations.train.charts import (
 from pyroshock.app.operations.train.wording import (
     MODEL_SENTENCES,
     bounded,
-    error_sentence,
-    lead_sentence,
+    difference_sentence,
+    is_warned_of,
     share,
     unseen,
+    version_sentences,
 )
 from pyroshock.training.models.catalogue import MODEL_SPECS
 
@@ -33,6 +34,7 @@ def row_of(mean: float | None = 0.042, floor: float | None = None, **more: objec
         "split": "configurations",
         "dataset": "spring",
         "metrics": {"force_nrmse": metric, "contact_time_error": metric},
+        "coverage90": None,
         **more,
     }
 
@@ -53,17 +55,37 @@ def test_each_model_that_can_be_trained_has_a_sentence():
 
 
 def test_an_error_is_told_with_an_interval_that_is_never_negative():
-    words = error_sentence(row_of())
-    assert words.startswith("gp@1 predicts the force within 4.2 % (0 to 8 %)")
+    words = str(version_sentences(row_of())[0])
+    assert words.startswith("gp@1 predicts the force within 4.2 % (0 % to 8 %)")
     assert words.endswith("on configurations that it has not seen.")
     assert bounded([-0.5, -0.1]) == [0, 0] and bounded(None) is None
 
 
 def test_repeatability_of_the_bench_stands_beside_the_error():
-    assert error_sentence(row_of(floor=0.041)).endswith(
+    assert str(version_sentences(row_of(floor=0.041))[0]).endswith(
         "repeated impacts of the bench differ by 4.1 % in force."
     )
-    assert "no force error" in error_sentence(row_of(None))
+    assert "no force error" in str(version_sentences(row_of(None))[0])
+
+
+@pytest.mark.parametrize(("more", "words"), [
+    ({"mean": 2.02}, "is not usable: its force error on the split configurations is 202 %, above "
+                     "100 %, the force itself."),
+    ({"mean": 0.5, "floor": 0.04}, "is 50 %, above 40 %, ten times what repeated impacts differ "
+                                   "by."),
+    ({"coverage90": {"force_covered": 0.51}, "coverage90_ci90": {"force_covered": [0.4, 0.62]}},
+     "bands are too narrow for the force points: they hold 51 % of them (40 % to 62 %)."),
+])  # fmt: skip
+def test_a_version_that_nobody_should_take_is_warned_of(more, words):
+    row = row_of(**more)
+    assert any(words in str(said) for said in version_sentences(row)) and is_warned_of(row)
+
+
+def test_a_version_whose_bands_hold_is_not_warned_of():
+    bands = {"force_covered": 0.88}
+    row = row_of(coverage90=bands, coverage90_ci90={"force_covered": [0.82, 0.93]})
+    assert "agrees with what they promise" in str(version_sentences(row)[1])
+    assert not is_warned_of(row)
 
 
 @pytest.mark.parametrize(
@@ -79,17 +101,18 @@ def test_a_split_by_value_says_what_was_held_out():
     assert "odd" in unseen("odd")
 
 
-def test_the_better_version_is_named_with_its_lead_relative_to_the_other():
+def test_the_better_version_is_named_only_beyond_chance():
     means = {"gp@1": 0.044, "tree@1": 0.05}
-    words = lead_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
-    assert words == (
-        "gp@1 is better than tree@1 by 12 % (5 to 19 %) in the force error "
-        "on configurations that they have not seen."
+    said = difference_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
+    assert said.text == (
+        "gp@1 is better than tree@1 in the force error on configurations that they have not seen: "
+        "4.4 % against 5 %; the difference of the errors is 0.6 % (90 % interval 0.25 % to "
+        "0.95 %); p is 0.01."
     )
-    assert lead_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044}).endswith(
-        "may be chance (p = 0.3)."
-    )
-    assert "have the same force error" in lead_sentence(pair(0.0), means)
+    said = difference_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044})
+    assert "tree@1 and gp@1 cannot be told apart" in said.text
+    assert said.text.endswith("0.6 %, which may be chance; p is 0.3.")
+    assert "have the same force error" in difference_sentence(pair(0.0), means).text
 
 
 def test_differences_have_the_sign_of_the_other_version_minus_the_reference():

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
 from pyroshock.app.jobs.known_kinds import KINDS
+from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
+from pyroshock.app.operations.train.train import TRAIN, Training
 from pyroshock.app.operations.tune.request import Tuning
 from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
 from pyroshock.app.operations.validate.request import ValidationRequest
@@ -139,10 +140,12 @@ def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
         "3dB",
         "0.95",
     )
-    form = TRAIN.form(TrainArguments("a b", ["linear", "gp"], "materials", 7, "full"))
+    form = kind_of(TRAIN).form(
+        Training(dataset="a b", models="linear,gp", split="materials", seed=7, budget="full")
+    )
     assert form is not None and (form.address, form.form) == ("/models/train", "train")
     assert form.fields == {
-        "dataset": "a b", "models": ["linear", "gp"], "split": "materials", "seed": "7",
+        "dataset": "a b", "models": ["linear", "gp"], "split": ["materials"], "seed": "7",
         "budget": "full",
     }  # fmt: skip
     asked = {"campaign": "first-shots", "contact": "gp@9"}

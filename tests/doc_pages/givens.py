@@ -188,10 +188,12 @@ def one_repetition(place: Place) -> None:
 def few_models(place: Place, names: str) -> None:
     """What `train` makes where the page does not say which: all 22 take minutes, and registry.md
     has them all."""
-    from pyroshock.app.doors.commands.train import train
+    from pyroshock.app.operations.train.train import Training
 
-    (option,) = (each for each in train.params if each.name == "models")
-    place.patch.setattr(option, "default", names.split(","))
+    field = Training.model_fields["models"]
+    place.patch.setattr(field, "default", tuple(names.split(",")))
+    place.patch.setattr(Training, "__pydantic_complete__", False)
+    Training.model_rebuild(force=True)
 
 
 def _address(place: Place, store: str) -> str:

@@ -21,6 +21,7 @@ from pyroshock.parallel import executor as executor_module
 from pyroshock.parallel.executor import HERE, ExecutorConfig
 from pyroshock.parallel.map_tasks import run_all_tasks
 from pyroshock.parallel.read_ahead import Isolation, map_ahead
+from pyroshock.plugins import Plugin
 from support.processes import chores
 
 TWO = ExecutorConfig(jobs=2)
@@ -190,6 +191,21 @@ def test_workers_with_other_software_are_refused():
             ValueError, match=f"lab-2:4711 has pyroshock {version}, here it is 0.1.0"
         ):
             cluster._check_workers(client, NOBODY)
+
+
+def test_workers_with_other_packages_that_add_to_it_are_refused():
+    """A worker without the package cannot load its model; with another version it gives others."""
+    version = {"packages": {"pyroshock": "0.1.0"}}
+    added = Plugin("pyroshock.models", "nearest", "bench-extras", "1.0", "bench_extras:Nearest")
+    client = SimpleNamespace(
+        wait_for_workers=lambda *_, **__: None,
+        get_versions=lambda packages: {"client": version, "workers": {"tcp://lab-2:4711": version}},
+        run=lambda function: {"tcp://lab-2:4711": (*function(), added)},
+    )
+    with pytest.raises(
+        ValueError, match=r"lab-2:4711 and this machine .*: bench-extras 1\.0; inst"
+    ):
+        cluster._check_workers(client, NOBODY)
 
 
 ISOLATION = Isolation(chores.lost, chores.patience)

@@ -57,13 +57,9 @@ def test_real_difference_is_found_and_leads_by_chance_are_told_so() -> None:
     row = of(better, worse).of("force_nrmse")
     assert row.beyond_chance
     assert row.low < row.difference < row.high < 0
-    assert (
-        "A is better than B in force NRMSE by 0.0" in row.verdict and "beyond chance" in row.verdict
-    )
     rng = np.random.default_rng(2)
     row = of(drawn(rng), drawn(rng)).of("force_nrmse")
     assert not row.beyond_chance
-    assert "which may be chance (p = " in row.verdict
 
 
 def test_swapped_models_mirror_and_a_model_equals_itself() -> None:
@@ -75,7 +71,6 @@ def test_swapped_models_mirror_and_a_model_equals_itself() -> None:
     a = drawn(np.random.default_rng(4))
     row = of(a, a).of("cost")
     assert (row.difference, row.low, row.high, row.p_value) == (0.0, 0.0, 0.0, 1.0)
-    assert row.verdict == "A and B are equal in cost."
 
 
 def test_where_the_models_differ() -> None:
@@ -92,7 +87,6 @@ def test_where_the_models_differ() -> None:
     found = of(a, b, {"tip_material": tip}).where("impulse_error")
     assert [row.group for row in found] == [("tip_material", "steel")]
     assert found[0].pulses == 20 and found[0].configurations == 10
-    assert "where tip_material is steel" in found[0].verdict
     rng = np.random.default_rng(8)
     tip = np.where(np.arange(80) < 2, "rare", "common")
     rows = compare(

@@ -9,8 +9,8 @@ from pyroshock.training.evaluation.gate import (
     LEAST_CONFIGURATIONS,
     band_checks,
     coverage_figures,
+    find_unusable,
     judge,
-    not_usable,
     too_few,
 )
 from pyroshock.training.evaluation.summary import Clusters, corrected_p, least_p_value, sign_flip_p
@@ -94,13 +94,25 @@ def test_interval_is_that_of_configurations_and_not_of_pulses() -> None:
     assert figures["coverage90.candidate.peak_force"] == pytest.approx(0.9)
 
 
-def test_model_ten_times_worse_than_the_repeatability_is_not_usable() -> None:
-    words = not_usable("tree@1", {"configurations": 2.02}, {"configurations": 0.035})
-    assert words.startswith(
-        "tree@1 is not usable: its force error on the split configurations is 202%, 58 times"
+@pytest.mark.parametrize(("error", "repeatability", "of_mean", "limit"), [
+    (0.36, 0.035, None, "above 35 %, ten times what repeated impacts differ by"),
+    (0.6, None, 0.5, "above 50 %, the error of the mean of the pulses that it learned from"),
+    (2.02, 0.035, 0.55, "above 100 %, the force itself"),
+])  # fmt: skip
+def test_an_error_above_a_limit_is_no_prediction(
+    error: float, repeatability: float | None, of_mean: float | None, limit: str
+) -> None:
+    reason = find_unusable("tree@1", "configurations", error, 0.9 * error, repeatability, of_mean)
+    assert str(reason) == (
+        "tree@1 is not usable: its force error on the split configurations is "
+        f"{100 * error:g} %, {limit}"
     )
-    assert not not_usable("svr@1", {"configurations": 0.34}, {"configurations": 0.035})
-    assert not not_usable("svr@1", {"configurations": 9.0}, {})
+
+
+def test_an_error_below_the_limits_is_a_prediction() -> None:
+    assert find_unusable("svr@1", "configurations", 0.34, 0.3, 0.035, 0.5) is None
+    assert find_unusable("svr@1", "configurations", 0.9, None, None, 0.5) is None
+    assert find_unusable("svr@1", "configurations", 0.6, 0.45, None, 0.5) is None
 
 
 @pytest.mark.parametrize("count", [1, 2, 6, 10])

@@ -123,6 +123,8 @@ class Estimator(ABC):
 
     #: Under which it is written and found again, unique in `estimators`.
     kind: ClassVar[str]
+    #: A sentence for a person who chooses among models, of an estimator of another package.
+    description: ClassVar[str] = ""
 
     @abstractmethod
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:

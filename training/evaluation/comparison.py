@@ -65,28 +65,6 @@ class Difference:
         """Whether chance alone would hardly have made it."""
         return self.p_value < LEVEL
 
-    @property
-    def verdict(self) -> str:
-        """In a sentence."""
-        where = f" where {self.group[0]} is {self.group[1]}" if self.group else ""
-        if self.difference == 0:
-            return f"{self.a} and {self.b} are equal in {_words(self.metric)}{where}."
-        better, worse = (self.a, self.b) if self.difference < 0 else (self.b, self.a)
-        ends = sorted((-self.low, -self.high) if self.difference < 0 else (self.low, self.high))
-        range_ = f" ({ends[0]:.2g} to {ends[1]:.2g})" if np.isfinite(ends).all() else ""
-        by = f"{abs(self.difference):.2g}{range_}{_unit(self.metric)}"
-        if self.beyond_chance:
-            return (
-                f"{better} is better than {worse} in {_words(self.metric)} by "
-                f"{by}{where}, beyond chance."
-            )
-        count = f"{self.configurations} configuration{'' if self.configurations == 1 else 's'}"
-        chance = (
-            f"which may be chance (p = {self.p_value:.2g}; {count} can give "
-            f"{self.least_p:.2g} at the least)"
-        )
-        return f"{better} leads {worse} in {_words(self.metric)} by {by}{where}, {chance}."
-
     def row(self) -> dict[str, Any]:
         """As commands print it in JSON."""
         finite = np.isfinite([self.low, self.high]).all()
@@ -98,19 +76,6 @@ class Difference:
         }
         named |= {"ci90": [self.low, self.high] if finite else None, "p_value": self.p_value}
         return named | ({"group": {self.group[0]: self.group[1]}} if self.group else {})
-
-
-def _words(metric: str) -> str:
-    return (
-        metric.removesuffix("_n")
-        .replace("_", " ")
-        .replace("rmse", "RMSE")
-        .replace("nRMSE", "NRMSE")
-    )
-
-
-def _unit(metric: str) -> str:
-    return " N" if metric.endswith("_n") else ""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ what is in use.
 3. The mean CRPS must be lower than that of the reference, with p < 0.05 over configurations: in the
    two-sided sign-flip test, where n configurations give no p below 2^(1 - n), and in the t-test
    that allows for the luck of what each model learned from (`summary.corrected_p`).
-4. A force error of `NOT_USABLE` times what the bench repeats to is no prediction.
+4. A force error of `NOT_USABLE` times what the bench repeats to is no prediction, nor one of more
+   than `LARGEST_ERROR`, nor one whose interval of 90 % is above the error of the mean of the pulses
+   that the model learned from.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -40,6 +41,8 @@ LEAST_CONFIGURATIONS = 10
 NARROWEST, WIDEST = 0.85, 0.97
 #: Errors over the repeatability of the bench, from which on a model is not usable.
 NOT_USABLE = 10.0
+#: Share of the measured force from which on an error is larger than the force.
+LARGEST_ERROR = 1.0
 
 
 @dataclass(frozen=True)
@@ -163,20 +166,52 @@ def comparison_words(scores: UnseenScores, p_value: float) -> str:
     )
 
 
-def times_repeatability(error: float, floors: Sequence[float]) -> float | None:
-    """The error over the least of what the bench repeats to; None where that is not known."""
-    finite = [floor for floor in floors if floor > 0]
-    return error / min(finite) if finite else None
+#: Which limit of usability an error is above.
+UsabilityRule = Literal["larger than the force", "worse than the mean", "far above repeatability"]
+#: What the limit of each rule is.
+LIMIT_WORDS: dict[UsabilityRule, str] = {
+    "larger than the force": "the force itself",
+    "worse than the mean": "the error of the mean of the pulses that it learned from",
+    "far above repeatability": "ten times what repeated impacts differ by",
+}
 
 
-def not_usable(label: str, errors: Mapping[str, float], floors: Mapping[str, float]) -> str:
-    """Why a model is no prediction, from its force errors and the repeatability by split; empty
-    where it is one."""
-    for split, error in errors.items():
-        times = times_repeatability(error, [floors[split]] if split in floors else [])
-        if times is not None and not times < NOT_USABLE:
-            return (
-                f"{label} is not usable: its force error on the split {split} is {error:.0%}, "
-                f"{times:.0f} times what repeated impacts differ by ({floors[split]:.1%})"
-            )
-    return ""
+@dataclass(frozen=True)
+class Unusable:
+    """Why a version is no prediction: its force `error` on a split is at or above the `limit`."""
+
+    label: str
+    split: str
+    error: float
+    limit: float
+    rule: UsabilityRule
+
+    def __str__(self) -> str:
+        return (
+            f"{self.label} is not usable: its force error on the split {self.split} is "
+            f"{_percent(self.error)}, above {_percent(self.limit)}, {LIMIT_WORDS[self.rule]}"
+        )
+
+
+def _percent(share: float) -> str:
+    return f"{float(f'{100 * share:.3g}'):g} %"
+
+
+def find_unusable(
+    label: str,
+    split: str,
+    error: float,
+    low: float | None,
+    repeatability: float | None,
+    of_mean: float | None,
+) -> Unusable | None:
+    """Why a version is no prediction on a split, from its force error with the `low` end of its
+    interval, what repeated impacts differ by, and the error of the mean pulse; None where it is
+    one. It is worse than the mean pulse where its whole interval is."""
+    if error > LARGEST_ERROR:
+        return Unusable(label, split, error, LARGEST_ERROR, "larger than the force")
+    if of_mean is not None and low is not None and error >= low > of_mean:
+        return Unusable(label, split, error, of_mean, "worse than the mean")
+    if repeatability is not None and error >= NOT_USABLE * repeatability > 0:
+        return Unusable(label, split, error, NOT_USABLE * repeatability, "far above repeatability")
+    return None

@@ -113,6 +113,9 @@ METRICS = (
 #: Means that are shares, between 0 and 1; the others are errors, which are never negative.
 SHARES = ("force_covered", "time_covered")
 
+#: Force NRMSE of the mean pulse of those that a model learned from, on its held-out pulses.
+OF_MEAN = "force_nrmse_of_mean"
+
 #: Standard deviations on either side of the mean that hold 90 % of a normal law.
 BAND = 1.6448536269514722
 
@@ -240,3 +243,12 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
                 f"pulse {pulses.key[row]} has {name} = {values[row]:g}: no "
                 f"error is relative to it; leave it out"
             )
+
+
+def mean_pulse_errors(training: PulseTable, held_out: PulseTable) -> PulseErrors:
+    """Errors of predicting every held-out pulse as the mean of the training pulses: what a model
+    must beat to have learned anything."""
+    count = len(held_out)
+    force_n = np.tile(training.force_n.mean(axis=0), (count, 1))
+    time_s = np.full(count, training.contact_time_s.mean())
+    return pulse_errors(held_out, ContactPrediction(force_n, time_s, None, None))

@@ -52,6 +52,8 @@ class ContactModel(ABC):
 
     #: Under which it is written and found again, unique in `models`.
     kind: ClassVar[str]
+    #: A sentence for a person who chooses among models, of a model of another package.
+    description: ClassVar[str] = ""
 
     @abstractmethod
     def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ...parallel.executor import HERE, ExecutorConfig
+from ...plugins import taken
 from ..estimators.base import Estimator
 from .base import ContactModel
-from .serialization import build
+from .serialization import added_kinds, build
 
 Budget = Literal["reduced", "full"]
 
@@ -45,20 +46,39 @@ class ModelSpec:
 
 
 def entry_of(name: str) -> ModelSpec:
-    """Raises `LookupError` that names those there are."""
-    if name not in MODEL_SPECS:
-        raise LookupError(f"no model {name!r}; there are: {', '.join(MODEL_SPECS)}")
-    return MODEL_SPECS[name]
+    """Raises `LookupError` that names those there are, and for a model of another package that
+    cannot be used with the cause."""
+    if name in MODEL_SPECS:
+        return MODEL_SPECS[name]
+    specs = model_specs()
+    if name in specs:
+        return specs[name]
+    if name in (failures := added_kinds().failures):
+        raise LookupError(failures[name])
+    raise LookupError(f"no model {name!r}; there are: {', '.join(specs)}")
+
+
+def model_specs() -> dict[str, ModelSpec]:
+    """Those that are shipped, then those of other packages by name. Raises `PluginError` for a name
+    that is taken."""
+    added = added_kinds()
+    for name in added.objects:
+        if name in MODEL_SPECS:
+            raise taken(added.plugins[name], "pyroshock has a model of this name itself")
+    return MODEL_SPECS | {
+        name: _calibrated_spec(name) if issubclass(made, ContactModel) else _twice(name)
+        for name, made in added.objects.items()
+    }
 
 
 def models_of(names: str) -> list[str]:
     """Names from a comma list, or of "all". Raises `LookupError` for an unknown one, `ValueError`
     for none."""
     if names.strip() == "all":
-        return list(MODEL_SPECS)
+        return list(model_specs())
     chosen = list(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))
     if not chosen:
-        raise ValueError(f"no model is named; name some of {', '.join(MODEL_SPECS)}, or all")
+        raise ValueError(f"no model is named; name some of {', '.join(model_specs())}, or all")
     for name in chosen:
         entry_of(name)
     return chosen

@@ -3,7 +3,8 @@
 Reading runs no code of the file's: kinds come from the list in `kinds`, numbers from npz without
 pickle.
 
-Every kind of model and estimator that may be read back from a file, and where its class stands.
+Every kind of model and estimator that may be read back from a file, and where its class stands; of
+other packages those that they announce.
 """
 
 from __future__ import annotations
@@ -12,18 +13,22 @@ import hashlib
 import importlib
 import io
 import json
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...plugins import MODELS, Loaded, Plugin, load
 from ..estimators.base import Arrays, Estimator
 from .base import ContactModel
 
-#: Kind -> module under `training`, class. Nothing else is ever imported for a file's sake.
+#: Kind -> module under `training`, class. For a file's sake nothing else is ever imported but what
+#: installed packages announce as an entry point of this name.
 KINDS: dict[str, tuple[str, str]] = {
     "pair": ("models.pair", "Pair"),
     "single-pass": ("models.single_pass", "SinglePass"),
@@ -58,12 +63,7 @@ def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
     Raises `UnknownKindError`, and `ValueError` for settings that the kind does not take.
     """
     kind = description["kind"]
-    if kind not in KINDS:
-        raise UnknownKindError(
-            f"unknown kind of model {kind!r}; known: {', '.join(KINDS)}; is pyroshock up to date?"
-        )
-    module, name = KINDS[kind]
-    made = getattr(importlib.import_module(f".{module}", _ROOT), name)
+    made = _class_of(kind)
     try:
         settings = description["settings"].items()
         built = made(**{key: build(value) if _is_part(value) else value for key, value in settings})
@@ -73,6 +73,54 @@ def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
         ) from error
     assert isinstance(built, ContactModel | Estimator)
     return built
+
+
+def _class_of(kind: str) -> type[ContactModel] | type[Estimator]:
+    if kind in KINDS:
+        module, name = KINDS[kind]
+        shipped: type[ContactModel] = getattr(importlib.import_module(f".{module}", _ROOT), name)
+        return shipped
+    added = added_kinds()
+    if kind in added.objects:
+        return added.objects[kind]
+    if kind in added.failures:
+        raise UnknownKindError(added.failures[kind])
+    raise UnknownKindError(
+        f"unknown kind of model {kind!r}; known: {', '.join([*KINDS, *added.objects])}; is "
+        f"pyroshock up to date, and the package of the model installed (pyroshock plugins)?"
+    )
+
+
+@cache
+def added_kinds() -> Loaded[type[ContactModel] | type[Estimator]]:
+    """Those of other packages. Raises `PluginError` for a kind that is taken."""
+    return load(MODELS, _accepted, KINDS)
+
+
+def plugin_of(kind: str) -> Plugin | None:
+    """The entry point of another package that adds a kind; None for one that is shipped."""
+    return None if kind in KINDS else added_kinds().plugins.get(kind)
+
+
+#: The registry, comma lists and addresses of models take such a name.
+_KIND_NAME = re.compile(r"[a-z][a-z0-9-]*")
+
+
+def _accepted(name: str, made: Any) -> type[ContactModel] | type[Estimator]:
+    """A model of another package that keeps the contract of `docs/how-to/extend.md`."""
+    if not _KIND_NAME.fullmatch(name) or name == "all":
+        raise ValueError(f"its name is {name!r}; expected small letters, digits and hyphens")
+    if not (isinstance(made, type) and issubclass(made, ContactModel | Estimator)):
+        raise TypeError(
+            f"expected a class derived from pyroshock.training.estimators.base.Estimator or "
+            f"pyroshock.training.models.base.ContactModel: {made!r}"
+        )
+    if getattr(made, "kind", None) != name:
+        raise ValueError(f"its kind is {getattr(made, 'kind', None)!r}; expected {name!r}")
+    if not made.description.strip():
+        raise ValueError(f"{made.__name__}.description is empty; expected one sentence")
+    json.dumps(made().settings(), allow_nan=False)
+    return made
 
 
 def describe(part: ContactModel | Estimator) -> dict[str, Any]:

@@ -16,13 +16,15 @@ TRAINING_VERSION = 3
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """`settings` are those of the unfitted model, as JSON holds them; `split` its text."""
+    """`settings` are those of the unfitted model, as JSON holds them; `split` its text. `package`
+    are name and version of the package that adds the model; "" for one that is shipped."""
 
     model: str
     settings: dict[str, Any]
     dataset_hash: str
     split: str
     seed: int
+    package: str = ""
 
     @property
     def key(self) -> str:
@@ -34,14 +36,26 @@ class TrainingTask:
             self.dataset_hash,
             self.split,
             self.seed,
+            *self._of_package,
         ]
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     @property
     def training_key(self) -> str:
         """The same for every split of one training: they are the figures of one version."""
-        parts = [TRAINING_VERSION, self.model, self.settings, self.dataset_hash, self.seed]
+        parts = [
+            TRAINING_VERSION,
+            self.model,
+            self.settings,
+            self.dataset_hash,
+            self.seed,
+            *self._of_package,
+        ]
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def _of_package(self) -> list[str]:
+        return [self.package] if self.package else []
 
     @property
     def rng(self) -> np.random.Generator:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ..evaluation.metrics import METRICS
+from ..evaluation.metrics import METRICS, OF_MEAN
 from .records import Version
 
 #: The share of measurements inside of the 90 % band; models without spread have none.
@@ -101,9 +101,14 @@ def row_of(version: Version) -> dict[str, Any]:
         "split": version.split,
         "metrics": {name: finite(metrics[name].mean) for name in METRICS},
         "seconds": version.cost.seconds,
-        "ci90": {name: _interval(metrics[name].low, metrics[name].high) for name in METRICS},
+        "ci90": {
+            name: _interval(metrics[name].low, metrics[name].high)
+            for name in (*METRICS, *COVERED)
+            if name in metrics
+        },
         "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics}
         or None,
+        "force_nrmse_of_mean": finite(metrics[OF_MEAN].mean) if OF_MEAN in metrics else None,
         "dataset": version.dataset.name,
         "dataset_hash": version.dataset.hash,
         "velocity_kind": version.dataset.velocity_kind,

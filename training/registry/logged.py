@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.table import Predictor
-from ..models.serialization import parts_within, write_model
+from ..models.serialization import parts_within, plugin_of, write_model
 from ..models.training_task import TRAINING_VERSION
 from .loading import BENCH_COLUMNS, input_column, output_columns
 from .records import Trained
@@ -83,7 +83,7 @@ def _libraries(model: Mapping[str, Any], by_kind: Mapping[str, Iterable[str]]) -
     own = {
         library
         for part in parts_within(model)
-        for library in (*by_kind.get(part["kind"], ()), *_of_kernel(part))
+        for library in (*by_kind.get(part["kind"], ()), *_of_kernel(part), *_of_package(part))
     }
     return [*_ALWAYS, *sorted(own)]
 
@@ -92,6 +92,12 @@ def _of_kernel(part: Mapping[str, Any]) -> tuple[str, ...]:
     """A kernel that was handed in is described by a mapping, and evaluated by GPyTorch; one with a
     name by NumPy."""
     return ("gpytorch", "torch") if isinstance(part["settings"].get("kernel"), Mapping) else ()
+
+
+def _of_package(part: Mapping[str, Any]) -> tuple[str, ...]:
+    """The package of somebody else that has the kind."""
+    plugin = plugin_of(part["kind"])
+    return (plugin.package,) if plugin else ()
 
 
 def _version(name: str) -> str:

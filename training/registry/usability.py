@@ -1,12 +1,13 @@
-"""Registered models whose error is far above what the bench repeats to: they are listed, but told
-as not usable."""
+"""Registered models whose error is larger than the force, than that of the mean pulse, or far above
+what the bench repeats to: they are listed, but told as not usable."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 from ..evaluation.floor import SCOPES, floor_metrics
-from ..evaluation.gate import not_usable
+from ..evaluation.gate import Unusable, find_unusable
+from ..evaluation.metrics import OF_MEAN
 from .records import Version
 
 _METRIC = "force_nrmse"
@@ -24,15 +25,23 @@ def repeatability(floor: str) -> float | None:
 
 def usability(records: Sequence[Version], floors: Mapping[str, str]) -> str:
     """Why a version is not usable, by its records of all splits and the floors by split; empty
-    where it is usable, and where the repeatability is not known."""
+    where it is usable, as far as its figures tell."""
     unseen = [record for record in records if record.split == _UNSEEN]
-    judged = unseen or records
-    errors = {
-        record.split: record.metrics[_METRIC].mean for record in judged if _METRIC in record.metrics
-    }
-    values = {split: repeatability(text) for split, text in floors.items()}
-    return not_usable(
-        judged[0].label,
-        errors,
-        {split: value for split, value in values.items() if value is not None},
+    reasons = (unusable_record(record, floors) for record in unseen or records)
+    return next((str(reason) for reason in reasons if reason is not None), "")
+
+
+def unusable_record(record: Version, floors: Mapping[str, str]) -> Unusable | None:
+    """Why a version is not usable by its record of one split; None where it is."""
+    if _METRIC not in record.metrics:
+        return None
+    floor = repeatability(floors[record.split]) if record.split in floors else None
+    of_mean = record.metrics.get(OF_MEAN)
+    return find_unusable(
+        record.label,
+        record.split,
+        record.metrics[_METRIC].mean,
+        record.metrics[_METRIC].low,
+        floor,
+        None if of_mean is None else of_mean.mean,
     )

@@ -16,11 +16,11 @@ from typing import Any, Literal
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.shot_correction import ShotCorrection
 from ..setting import Setting
 from .goal import Goal
 from .probability import Proposal, probability_met, proposals
 from .search import Candidate, Searcher, SearchResult, best_of_mounts
-from .shot_correction import ShotCorrection
 from .space import ContinuousRange, TuningSpace, setting_text
 
 #: From this probability on a setting meets the goal: more likely than not.

@@ -15,13 +15,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.likelihood import ENOUGH_SHOTS, fitted
+from ..discrepancy.shot_correction import Discrepancy, ShotCorrection
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
 from .goal import Forward, Goal, Outside, Progress, Refusals, level_db, nothing_refused
-from .likelihood import ENOUGH_SHOTS, fitted
 from .probability import DRAWS, Proposal, proposals
 from .search import Candidate, Effort, Searcher, search
-from .shot_correction import Discrepancy, ShotCorrection
 from .space import TuningSpace
 
 #: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import click
 
+from ....plugins import EFFECTS, list_plugins
 from ....schema.addresses import AddressError, sqlite_file
 from ...common.default_store import DEFAULT_DB
 
@@ -89,6 +90,7 @@ def effect_ids(_context: click.Context, _: click.Parameter, incomplete: str) -> 
     before, comma, last = incomplete.rpartition(",")
     files = sorted((Path(__file__).parents[3] / "twin").glob("*/effects/[a-z]*.py"))
     names = [f"{file.parent.parent.name.removesuffix('s')}.{file.stem}" for file in files]
+    names += [plugin.name for plugin in list_plugins(EFFECTS)]
     return [f"{before}{comma}{name}" for name in _begun(names, last)]
 
 

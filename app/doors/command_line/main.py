@@ -86,13 +86,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Freeze pulses for training, and see what a dataset holds.",
         ),
         "datasets": (
-            ".app.doors.commands.datasets",
+            ".app.doors.commands.dataset",
             "datasets",
             "List the datasets; show or delete one.",
         ),
         "train": (
-            ".app.doors.commands.train",
-            "train",
+            ".app.operations.train.train",
+            "TRAIN",
             "Train models on a dataset and register them.",
         ),
         "models": (
@@ -101,13 +101,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List the registered models with their figures; show or delete one.",
         ),
         "compare": (
-            ".app.doors.commands.train",
-            "compare",
+            ".app.operations.train.compare",
+            "COMPARE",
             "Compare models on the same held-out pulses.",
         ),
         "promote": (
-            ".app.doors.commands.train",
-            "promote",
+            ".app.operations.train.promote",
+            "PROMOTE",
             "Put a version of a model in use, if it is better.",
         ),
     },
@@ -170,6 +170,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             ".app.doors.commands.store",
             "db",
             "Check, copy and upgrade a store; carry campaigns.",
+        ),
+        "plugins": (
+            ".app.doors.commands.plugins",
+            "plugins",
+            "List the readers, effects and models that other packages add.",
         ),
         "demo": (".app.doors.commands.demo", "demo", "Show the product in five chapters."),
     },

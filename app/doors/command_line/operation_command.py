@@ -60,11 +60,11 @@ def command_of(
     asked = request or operation.request
 
     def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
-        files = {
-            output: path
-            for output in operation.outputs
-            if (path := given.pop(f"{_OUTPUT}{output.name}", None)) is not None
-        }
+        files = {}
+        for output in operation.outputs:
+            paths = [given.pop(_OUTPUT + spelled, None) for spelled in (output.name, output.older)]
+            if any(paths):
+                files[output] = next(filter(None, paths))
         for output in operation.outputs:
             if output.required and output not in files:
                 fail(f"--{output.name} is missing; expected the path of a file")
@@ -87,7 +87,37 @@ def command_of(
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
     word = name or _words(operation, asked)[-1]
-    return click.command(word, help=_help(operation, asked))(function)
+    return click.command(word, cls=_WordsCommand, help=_help(operation, asked))(function)
+
+
+class _WordsCommand(click.Command):
+    """Options whose field says `words` take all words behind them: `--from A B C` is
+    `--from A --from B --from C`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        greedy = {
+            spelled
+            for option in self.params
+            if isinstance(option, click.Option) and getattr(option, "takes_words", False)
+            for spelled in option.opts
+        }
+        typed: list[str] = []
+        taking = ""
+        for word in args:
+            if word.startswith("-"):
+                taking = spelled if (spelled := word.split("=")[0]) in greedy else ""
+            elif taking and typed[-1] != taking:
+                typed.append(taking)
+            typed.append(word)
+        return super().parse_args(ctx, typed)
+
+
+class _Option(click.Option):
+    """An option that may take all words behind it."""
+
+    def __init__(self, *args: Any, takes_words: bool = False, **words: Any) -> None:
+        super().__init__(*args, **words)
+        self.takes_words = takes_words
 
 
 def _words(operation: Operation[Any, Any], request: type[Request]) -> tuple[str, ...]:
@@ -150,7 +180,7 @@ def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
         "shell_complete": complete or _choices(kind),
         "type": click.UNPROCESSED if _is_repeated(kind) else str,
     }
-    return click.option(option, name, **words)
+    return click.option(option, name, cls=_Option, takes_words=shown.words, **words)
 
 
 def _is_repeated(kind: Any) -> bool:
@@ -188,13 +218,21 @@ def _with_default(field: FieldInfo) -> str:
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
     ending = "|FILE".join(output.endings)
     required = " [required]" if output.required else ""
-    return click.option(
-        f"--{output.name}",
-        f"{_OUTPUT}{output.name}",
-        type=click.Path(path_type=Path, dir_okay=False),
-        metavar=f"FILE{ending}" if ending else "FILE",
-        help=f"{output.help}{required}",
-    )
+    path = click.Path(path_type=Path, dir_okay=False)
+
+    def decorated(function: Any) -> Any:
+        if output.older:
+            older = f"{_OUTPUT}{output.older}"
+            function = click.option(f"--{output.older}", older, type=path, hidden=True)(function)
+        return click.option(
+            f"--{output.name}",
+            f"{_OUTPUT}{output.name}",
+            type=path,
+            metavar=f"FILE{ending}" if ending else "FILE",
+            help=f"{output.help}{required}",
+        )(function)
+
+    return decorated
 
 
 # --- the work
@@ -217,8 +255,7 @@ def _perform(
         for output, path in files.items():
             if output.check is not None:
                 output.check(path)
-    label = operation.label(asked)
-    progress = progress_bar(f"{operation.name.capitalize()} {label}".strip(), operation.steps)
+    progress = progress_bar(operation.title(asked), operation.steps)
     with _opened(operation, db) as store:
         laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
         if operation.check is not None:
@@ -242,6 +279,8 @@ def _perform(
             _tell(result, files, json_to)
     if words := result.next_command():
         suggest_next(*words)
+    if fault := result.fault():
+        fail(fault)
     if result.exit_code:
         raise click.exceptions.Exit(result.exit_code)
 

@@ -1,4 +1,4 @@
-"""`pyroshock NOUN COMMAND`: the commands of a noun are operations, imported when they are called."""
+"""`pyroshock NOUN COMMAND`: commands of a noun are operations, imported when they are called."""
 
 from __future__ import annotations
 

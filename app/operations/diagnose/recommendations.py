@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 
 from ....diagnosis.parameter_limits import exceeded_limit
 from ....diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
+from ....twin.effects import catalogue
 from ...common.number_format import join_words, number, percent
 from ...common.quantities import display_of
 from ...twins.adopted_effects import offered
@@ -24,7 +25,6 @@ from .summary import (
     stage_name,
 )
 from .wording import (
-    EFFECT_SUBJECTS,
     effect_check,
     effect_subject,
     miss_sentence,
@@ -191,7 +191,7 @@ def run_sentence(run: NextRun) -> str:
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
     if match is None:
-        ids = "|".join(map(re.escape, EFFECT_SUBJECTS))
+        ids = "|".join(map(re.escape, sorted(catalogue(), key=len, reverse=True)))
         why = re.sub(ids, lambda identity: effect_subject(identity[0]), run.why)
         return f"Fire {runs} at {settings}: this {why}."
     # "and" between effects that act together would be read with what stands beside it

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ....diagnosis.observables.contact.stage import UNCERTAIN
 from ....diagnosis.observables.gun.stage import READINGS
-from ....twin.effects import catalogue
+from ....twin.effects import added_effects, catalogue
 from ....twin.gun.bench import GunBench
 
 Progress = Callable[[int, int, str], None]
@@ -76,6 +76,8 @@ def check_effects(only: Sequence[str] = (), without: Sequence[str] = ()) -> None
     """Raises `LookupError` for an id that is not in the catalogue, with those that are."""
     for option, names in (("--with", only), ("--without", without)):
         if unknown := [name for name in names if name not in catalogue()]:
+            if unknown[0] in (failures := added_effects().failures):
+                raise LookupError(f"{option} {unknown[0]!r}: {failures[unknown[0]]}")
             raise LookupError(
                 f"{option} {unknown[0]!r}: the catalogue has no such effect; "
                 f"it has {_list(catalogue())}"

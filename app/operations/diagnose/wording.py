@@ -27,7 +27,8 @@ from ...common.quantities import shown_unit
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
 
-#: By the id of the catalogue: an effect as it stands in a sentence before "causes 61 % of it".
+#: By the id of a shipped effect, as it stands in a sentence before "causes 61 % of it"; another
+#: package's effect has a `subject` and a `check` of its own.
 EFFECT_SUBJECTS = {
     "gun.back_pressure": "the atmosphere ahead of the projectile",
     "gun.barrel_loss": "the flow resistance of the barrel",
@@ -91,13 +92,16 @@ _EFFECT_ID = r"[a-z]+\.[a-z_]+"
 
 
 def effect_subject(identity: str) -> str:
-    """An effect as a sentence names it; the id itself for one that has no name."""
-    return EFFECT_SUBJECTS.get(identity, identity)
+    """An effect as a sentence names it; the id itself for one that has no name, as of a package
+    that is no longer installed."""
+    kind = catalogue().get(identity)
+    return EFFECT_SUBJECTS.get(identity) or (kind.subject if kind else "") or identity
 
 
 def effect_check(identity: str) -> str:
     """What to measure on the bench for an effect; "" where nothing is known."""
-    return EFFECT_CHECKS.get(identity, "")
+    kind = catalogue().get(identity)
+    return EFFECT_CHECKS.get(identity) or (kind.check if kind else "")
 
 
 #: So many effects of a set are named in a sentence.

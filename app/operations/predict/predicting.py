@@ -100,7 +100,7 @@ def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
 
     Other columns are labels of their rows.
     """
-    from ....ingest.column_names import TRAVEL, resembled
+    from ....ingest.folder.column_names import TRAVEL, resembled
 
     return column in of_store or column in TRAVEL or resembled(column) is not None
 
@@ -113,7 +113,7 @@ def _sources(built: BuiltTwin) -> tuple[str, ...]:
 
 
 def _why(ignored: Collection[str]) -> str:
-    from ....ingest.column_names import resembled
+    from ....ingest.folder.column_names import resembled
 
     if "boundary_conditions" in ignored:
         return " (its plate hangs free)"

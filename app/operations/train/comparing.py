@@ -1,8 +1,8 @@
-"""`compare`: versions chosen, compared pair by pair, told."""
+"""Versions of models chosen by name and compared pair by pair on the pulses in common."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -10,20 +10,21 @@ from typing import Any
 
 from ....dataset.table import PulseTable
 from ....training.estimators.base import SettingValue
-from ....training.evaluation.comparison import Comparison, Difference, for_all_pairs
+from ....training.evaluation.comparison import Comparison, for_all_pairs
 from ....training.evaluation.metrics import METRICS
 from ....training.registry.evaluate import Evaluation, evaluate_held_out
 from ....training.registry.intact_models import intact_versions
-from ....training.registry.listing import chosen, finite, in_order, newest, of_dataset, row_of
+from ....training.registry.listing import chosen, finite, in_order, newest, of_dataset
 from ....training.registry.promotion import compared
 from ....training.registry.records import Version
 from ....training.registry.registry import Registry
-from ....training.registry.usability import usability
-from .tables import floors_by_ground
+from .searches import searched_settings
+from .tables import USUAL_SPLITS, floors_by_ground, json_row
+from .wording import common_split, difference_sentence, promotable
 
-#: Splits whose held-out pulses are of configurations that a model has not seen: what a promotion
-#: rests on.
-UNSEEN_SPLITS = ("configurations", "treatments")
+#: Of so many versions every pair is compared, which takes a tenth of a second each; of more, the
+#: best with all others.
+MOST_EACH_WITH_EACH = 8
 #: So many pairs are told in sentences, and group by group.
 _TOLD_WHERE = 3
 
@@ -32,36 +33,17 @@ _TOLD_WHERE = 3
 class Comparisons:
     """`versions` on the same pulses, the best first, and their comparisons.
 
-    `settings` by label: what each version's training searched and found; empty for a version of
-    older software. `not_usable` by label: why a version is no prediction, of those that are none.
+    `settings` by label: those of each version's training; empty for a version of older software.
+    `searched` by label: which of them a search chose. `rows` by label: each version as
+    `tables.json_row` gives it.
     """
 
     versions: tuple[Version, ...]
     judged: Evaluation
     comparisons: tuple[Comparison, ...]
     settings: Mapping[str, Mapping[str, SettingValue]]
-    not_usable: Mapping[str, str]
-
-    @property
-    def split(self) -> str:
-        """On which the versions were judged; empty where it is not the same for all."""
-        splits = {version.split for version in self.versions}
-        return splits.pop() if len(splits) == 1 else ""
-
-    def promotable(self, metric: str) -> str | None:
-        """The version that is better than the one in use (else than all others) on unseen
-        configurations, beyond chance, in a metric; None where there is none, as on repetitions."""
-        best = self.versions[0].label
-        if (
-            self.split not in UNSEEN_SPLITS
-            or best in self.not_usable
-            or self.versions[0].champion_of
-        ):
-            return None
-        pairs = [item.of(metric) for item in self.comparisons if best in (item.a, item.b)]
-        in_use = {version.label for version in self.versions if version.champion_of}
-        against = [row for row in pairs if not in_use or {row.a, row.b} & in_use]
-        return best if against and all(row.beyond_chance for row in against) else None
+    searched: Mapping[str, Sequence[str]]
+    rows: Mapping[str, Mapping[str, Any]]
 
     def table(self, metrics: Sequence[str]) -> list[dict[str, Any]]:
         """The mean errors, for people."""
@@ -74,54 +56,119 @@ class Comparisons:
 
     def settings_table(self) -> list[dict[str, Any]]:
         """Rows with `setting` and a column for each version; None where a version has no such
-        setting."""
+        setting. The first row says which of them a search chose."""
         names = dict.fromkeys(
             name for version in self.versions for name in self.settings[version.label]
         )
-        return [
+        if not names:
+            return []
+        chosen_by_search = {
+            version.label: ", ".join(self.searched[version.label]) or "none"
+            for version in self.versions
+        }
+        return [{"setting": "chosen by a search", **chosen_by_search}] + [
             {"setting": name}
             | {version.label: self.settings[version.label].get(name) for version in self.versions}
             for name in names
         ]
 
+    def as_plain(self) -> dict[str, Any]:
+        """Versions with their mean errors on the `pulses` in common, the `differences` of each pair
+        in every metric, the `settings`, and which version is `promotable`."""
+        differences = [
+            {
+                **comparison.of(metric).row(),
+                "p_value": finite(comparison.of(metric).p_value),
+                "least_p_value": comparison.of(metric).least_p,
+                "configurations": comparison.of(metric).configurations,
+                "where": [group.row() for group in comparison.where(metric)],
+            }
+            for metric in METRICS
+            for comparison in self.comparisons
+        ]
+        models = [self._model_row(version) for version in self.versions]
+        plain = {
+            "pulses": len(self.judged.pulses),
+            "models": models,
+            "differences": differences,
+            "settings": self.settings_table(),
+        }
+        plain["promotable"] = promotable(plain, "force_nrmse")
+        for row in differences:
+            means = {model["label"]: model["metrics"][row["metric"]] for model in models}
+            row["verdict"] = difference_sentence(row, means, common_split(plain)).text
+        return plain
 
-def metrics_named(text: str) -> tuple[str, ...]:
-    """Raises `ValueError` that names those there are."""
-    if text == "all":
-        return METRICS
-    if text not in METRICS:
-        raise ValueError(f"no metric {text!r}; there are: {', '.join(METRICS)}, or all")
-    return (text,)
+    def _model_row(self, version: Version) -> dict[str, Any]:
+        errors = self.judged.errors[version.label]
+        means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
+        row = self.rows[version.label]
+        own = {
+            key: value
+            for key, value in row.items()
+            if key not in ("ci90", "coverage90", "floor", "thesis")
+        }
+        pulses, settings = len(self.judged.pulses), dict(self.settings[version.label])
+        own |= {"metrics": means, "pulses": pulses, "settings": settings}
+        return {"label": version.label, **own}
 
 
 def versions_named(
-    versions: Sequence[Version], names: Sequence[str], dataset: str | None, split: str
+    versions: Sequence[Version], names: Sequence[str], dataset: str | None, split: str | None
 ) -> tuple[Version, ...]:
-    """Those named; without a name the newest of every model of the split, of the dataset trained on
-    last."""
+    """Those named, as they were judged on `split`; without a split, on the first one that all have
+    in common. Without a name the newest of every model of the split, of the dataset trained on
+    last.
+
+    Raises `LookupError` for what there is not, `ValueError` for fewer than two.
+    """
     if not versions:
-        raise ValueError("no models yet; train some: pyroshock train DATASET")
+        raise LookupError("no models yet; train some: pyroshock train DATASET")
     of_it = of_dataset(versions, dataset) if dataset is not None else list(versions)
+    usual = split or _usual_split(versions)
     if names:
-        chosen_versions = [
-            chosen(versions if "@" in name else of_it, name, split) for name in names
+        labels = [
+            chosen(versions if "@" in name else of_it, name, usual).label
+            for name in dict.fromkeys(names)
         ]
+        named = _on_split(versions, dict.fromkeys(labels), split)
     else:
         last = dataset or in_order(of_it)[0].dataset.hash
         newest_first = newest(
-            version for version in of_dataset(of_it, last) if version.split == split
+            version for version in of_dataset(of_it, last) if version.split == usual
         )
-        chosen_versions = list(
-            {version.name: version for version in reversed(newest_first)}.values()
-        )
-    chosen_versions = list({version.label: version for version in chosen_versions}.values())
-    if len(chosen_versions) < 2:
-        labels = ", ".join(version.label for version in chosen_versions)
+        named = list({version.name: version for version in reversed(newest_first)}.values())
+    if len(named) < 2:
+        labels = [version.label for version in named]
         raise ValueError(
-            f"a comparison needs two models of split {split!r}, and there is {labels or 'none'}; "
-            "train another one on the same dataset, or name two: MODEL or MODEL@VERSION"
+            f"a comparison needs two models of split {usual!r}, and there is "
+            f"{', '.join(labels) or 'none'}; train another one on the same dataset, or name two: "
+            "MODEL or MODEL@VERSION"
         )
-    return tuple(chosen_versions)
+    return tuple(named)
+
+
+def _on_split(
+    versions: Sequence[Version], labels: Iterable[str], split: str | None
+) -> list[Version]:
+    """The records of these versions on a split, or on the first that all have in common."""
+    records = [
+        {version.split: version for version in versions if version.label == label}
+        for label in labels
+    ]
+    usual = (*USUAL_SPLITS, *sorted(records[0]))
+    common = [name for name in usual if all(name in of_version for of_version in records)]
+    chosen_split = split or next(iter(common), None)
+    return [
+        of_version.get(chosen_split or "")
+        or next(record for record in of_version.values() if record.is_served)
+        for of_version in records
+    ]
+
+
+def _usual_split(versions: Sequence[Version]) -> str:
+    splits = [version.split for version in versions]
+    return "repetitions" if "repetitions" in splits or not splits else splits[0]
 
 
 def served(
@@ -166,66 +213,16 @@ def comparisons_of(
         [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
     )
     settings = {version.label: registry.fit_settings(version) for version in ranked}
-    return Comparisons(tuple(ranked), judged, comparisons, settings, _not_usable(registry, ranked))
-
-
-def _not_usable(registry: Registry, versions: Sequence[Version]) -> dict[str, str]:
-    floors = floors_by_ground(registry, versions)
-    reasons = {v.label: usability([v], floors[v.dataset.hash, v.seed]) for v in versions}
-    return {label: reason for label, reason in reasons.items() if reason}
-
-
-def rows_of(comparisons: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
-    """JSON: the models as `train` lists them, on the common pulses; then a row for each pair and
-    metric."""
-    rows = []
-    for version in comparisons.versions:
-        errors = comparisons.judged.errors[version.label]
-        means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
-        own = {
-            key: value
-            for key, value in row_of(version).items()
-            if key not in ("ci90", "coverage90")
-        }
-        settings = dict(comparisons.settings[version.label])
-        own |= {"not_usable": comparisons.not_usable.get(version.label)}
-        rows.append(
-            own | {"metrics": means, "pulses": len(comparisons.judged.pulses), "settings": settings}
-        )
-    for metric in metrics:
-        for comparison in comparisons.comparisons:
-            row = comparison.of(metric)
-            count = {"least_p_value": row.least_p, "configurations": row.configurations}
-            rows.append(
-                row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict} | count
-            )
-            rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
-    return rows
-
-
-def comparison_sentences(comparisons: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
-    """Sentences: which version is not usable; which is better in each metric, and each one's lead
-    in the groups where it is beyond chance."""
-    yield from (f"{reason}." for reason in comparisons.not_usable.values())
-    for comparison in comparisons.comparisons:
-        for metric in metrics:
-            yield comparison.of(metric).verdict
-            groups = comparison.where(metric)
-            for name, sign in ((comparison.a, -1), (comparison.b, 1)):
-                leads = [_lead(row) for row in groups if row.difference * sign > 0]
-                if leads:
-                    yield f"  {name} is better where: {', '.join(leads)}"
-
-
-def _lead(row: Difference) -> str:
-    assert row.group is not None
-    return f"{row.group[0]}={row.group[1]} ({abs(row.difference):.2g})"
+    searched = {version.label: searched_settings(registry.searches(version)) for version in ranked}
+    floors = floors_by_ground(registry, ranked)
+    rows = {v.label: json_row(v, floors[v.dataset.hash, v.seed]) for v in ranked}
+    return Comparisons(tuple(ranked), judged, comparisons, settings, searched, rows)
 
 
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
     from ....files.atomic_write import atomic_file
-    from ....training.evaluation.plots import difference_figure
+    from ...figures.model_difference import difference_figure
 
     with atomic_file(file) as partial:
         difference_figure(comparison, metric).savefig(partial)

@@ -11,8 +11,8 @@ import numpy as np
 from ....training.evaluation.floor import SCOPES
 from ....training.evaluation.metrics import METRICS, figures, reconstruct
 from ....training.registry.intact_models import damages
-from ....training.registry.listing import finite, newest, of_dataset
-from .comparing import comparisons_of, rows_of
+from ....training.registry.listing import COVERED, finite, newest, of_dataset
+from .comparing import MOST_EACH_WITH_EACH, comparisons_of
 from .tables import floors_by_ground, json_row
 
 if TYPE_CHECKING:
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
     from ....training.registry.evaluate import Evaluation
     from ....training.registry.records import Version
     from ....training.registry.registry import Registry
-
-#: Of so many versions every pair is compared, which takes a tenth of a second each; of more, the
-#: best with all others.
-MOST_EACH_WITH_EACH = 4
 
 #: Gives a dataset's pulses by its hash: `training.reader_of`.
 Read = Callable[[str], "PulseTable"]
@@ -87,6 +83,8 @@ def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
         "champion_of": version.champion_of,
         "run_id": version.run_id,
         "coverage90": row["coverage90"],
+        "coverage90_ci90": {name: row["ci90"].get(name) for name in COVERED},
+        "force_nrmse_of_mean": row["force_nrmse_of_mean"],
         "not_usable": row["not_usable"],
         "metrics": {
             name: {
@@ -107,7 +105,8 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
     `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more
     than `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`,
     `difference` of their mean errors, `ci90`, `p_value`, a `verdict` in words, and `where` (the
-    groups that differ beyond chance); `settings` and `promotable`: as those of `Comparisons`.
+    groups that differ beyond chance); `settings` and `promotable`: as `Comparisons.as_plain` gives
+    them.
     Raises `ValueError` for fewer than two versions, and where they have no held-out pulse in
     common.
     """
@@ -117,18 +116,7 @@ def side_by_side(registry: Registry, versions: Sequence[Version], read: Read) ->
     comparisons = comparisons_of(
         registry, versions, "force_nrmse", each_with_each=every_pair, read=read
     )
-    rows = rows_of(comparisons, METRICS)
-    models = [row for row in rows if "model" in row]
-    return {
-        "pulses": len(comparisons.judged.pulses),
-        "models": [
-            {"label": version.label, **row}
-            for version, row in zip(comparisons.versions, models, strict=True)
-        ],
-        "differences": [row for row in rows if "a" in row],
-        "settings": comparisons.settings_table(),
-        "promotable": comparisons.promotable("force_nrmse"),
-    }
+    return comparisons.as_plain()
 
 
 def held_out_figures(
@@ -271,7 +259,7 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
 
 
 def _coverage(judged: Evaluation, label: str) -> dict[str, Any]:
-    from ....training.evaluation.plots import coverage, standardised
+    from ....training.evaluation.coverage import coverage, standardised
 
     shares: dict[str, Any] = {"level": list(LEVELS)}
     for name, words in (("force", "force"), ("time", "contact time")):

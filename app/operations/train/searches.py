@@ -14,6 +14,7 @@ from ...common.number_format import format_number
 from ...common.plots import MODEL, QUIET, new_figure, save
 
 if TYPE_CHECKING:
+    from ....training.estimators.base import SettingValue
     from ....training.tuning.trials import SettingsSearch, Trial, TrialValue
 
 #: Part of a model that a search was for -> what it is called in a sentence.
@@ -86,6 +87,31 @@ def trial_rows(search: SettingsSearch) -> list[dict[str, Any]]:
             "duration_s": search.trials[index].duration_s,
         }
         for index in order
+    ]
+
+
+def searched_settings(searches: Mapping[str, SettingsSearch]) -> list[str]:
+    """Names of the settings that searches chose, by part of the model: "force.gamma"."""
+    return [
+        f"{part}.{name}" if part else name
+        for part, search in searches.items()
+        for name in search.settings
+    ]
+
+
+def settings_rows(
+    settings: Mapping[str, SettingValue], searches: Mapping[str, SettingsSearch]
+) -> list[dict[str, Any]]:
+    """The settings of a training, and which of them a search chose: the others are what the model
+    has without a search, or what its fit found."""
+    searched = searched_settings(searches)
+    return [
+        {
+            "setting": name,
+            "value": value,
+            "chosen by": "a search" if name in searched else "no search",
+        }
+        for name, value in settings.items()
     ]
 
 

@@ -1,33 +1,23 @@
-"""Datasets, trainings, comparisons and promotions as notebooks and the command line call them."""
+"""What datasets, trainings, comparisons and promotions come to, at every door."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from html import escape
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
-from ....dataset.catalog import list_withdrawals
 from ...common.frames import axes_or_new, frame_of, titled_table, with_units
-from ...common.model_registry import (
-    context_of,
-    models_extra,
-    pulses_on,
-    reader_of,
-    registry_of,
-    splits_of,
-    usual_splits,
-    withdrawn_words,
-)
+from ..operation import Result, Table
+from ..sentence import Sentence
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
     from ....dataset.snapshot import Snapshot
-    from ....parallel.executor import ExecutorConfig
-    from ....schema.session import Store
-    from ....training.fitting.session import Progress, Session
-    from ....training.models.catalogue import Budget
     from ....training.registry.records import Decision, Version
     from .comparing import Comparisons
 
@@ -43,7 +33,7 @@ _METRICS = (
 
 
 @dataclass(frozen=True, eq=False)
-class FrozenDataset:
+class FrozenDataset(Result):
     """Pulses of campaigns, frozen for training: the same name and hash always hold the same
     pulses."""
 
@@ -72,6 +62,12 @@ class FrozenDataset:
 
         return with_units(pd.DataFrame(dataset_columns(self.snapshot.table)))
 
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock dataset show --json` prints it."""
+        from .datasets import snapshot_as_json
+
+        return snapshot_as_json(self.snapshot)
+
     def splits(self, *, seed: int = 0) -> pd.DataFrame:
         """The ways in which the pulses can be parted for training, with the number of pulses on
         either side."""
@@ -91,16 +87,68 @@ class FrozenDataset:
 
 
 @dataclass(frozen=True, eq=False)
-class TrainingRuns:
+class TrainingRuns(Result):
     """Models that were trained, or were found trained already, each judged on pulses that it has
     not seen.
 
-    `failures` are the models that could not learn from the dataset, with the reason.
+    `failures` are the models that could not learn from the dataset, with the reason; `floors` by
+    split what repeated impacts differ by, as the registry keeps it; `remarks` what the training
+    told.
     """
 
     versions: tuple[Version, ...]
     failures: dict[str, str]
     trained: int
+    floors: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+    def notes(self) -> Sequence[str]:
+        """What the training told, which models are not usable, and how many were trained."""
+        earlier = len(self.versions) - self.trained
+        return (
+            *self.remarks,
+            *(str(row["not_usable"]) for row in self.to_json() if row["not_usable"]),
+            f"{_models(self.trained)} trained now; {_models(earlier)} registered already",
+        )
+
+    def tables(self) -> Sequence[Table]:
+        """The models, the best first, with their figures on every split."""
+        from .tables import table_of
+
+        return (Table("", table_of(self.versions, self.floors), "nothing was trained"),)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """A row for each version, as `pyroshock train --json` prints it."""
+        from .tables import json_row
+
+        return [json_row(version, self.floors) for version in self.versions]
+
+    def fault(self) -> str:
+        """The models that could not learn from the dataset."""
+        words = "; ".join(f"{model}: {reason}" for model, reason in self.failures.items())
+        return f"not trained: {words}" if words else ""
+
+    def address(self) -> str:
+        """The page of models."""
+        return "/models"
+
+    def summary(self) -> str:
+        """How many were trained, and which failed."""
+        earlier = len(self.versions) - self.trained
+        failed = ", ".join(model.partition(" ")[0] for model in self.failures)
+        words = f"{self.trained} trained, {earlier} found as they were trained before"
+        return f"{words}; not trained: {failed}" if failed else words
+
+    def next_command(self) -> Sequence[str]:
+        """A comparison of several models; the promotion of a usable one."""
+        if not self.versions:
+            return ()
+        last, dataset = self.versions[-1], self.versions[0].dataset.name
+        if len({version.name for version in self.versions}) > 1:
+            return ("compare", "--dataset", dataset, "--split", last.split)
+        if not any(row["not_usable"] for row in self.to_json()):
+            return ("promote", last.label)
+        return ("train", dataset)
 
     def __iter__(self) -> Any:
         return iter(self.labels)
@@ -147,19 +195,73 @@ class TrainingRuns:
 
 
 @dataclass(frozen=True, eq=False)
-class ModelComparison:
+class ModelComparison(Result):
     """Versions on the held-out pulses that none of them was trained on, and the differences of each
-    pair."""
+    pair. `metric` is the one that is asked for, or "all"; `remarks` what was left out, and which
+    pulses were withdrawn."""
 
     comparisons: Comparisons
     metric: str
+    remarks: tuple[str, ...] = ()
 
     @property
-    def sentences(self) -> list[str]:
-        """Which version is better, by how much, where, and whether that is beyond chance."""
-        from .comparing import comparison_sentences
+    def metrics(self) -> tuple[str, ...]:
+        """Those that sentences and tables are about."""
+        from ....training.evaluation.metrics import METRICS
 
-        return list(comparison_sentences(self.comparisons, (self.metric,)))
+        return METRICS if self.metric == "all" else (self.metric,)
+
+    @cached_property
+    def plain(self) -> dict[str, Any]:
+        """The comparison as plain data (`Comparisons.as_plain`)."""
+        return self.comparisons.as_plain()
+
+    def notes(self) -> Sequence[str]:
+        """What was left out, and which pulses were withdrawn."""
+        return self.remarks
+
+    def sentences(self) -> Sequence[Sentence]:
+        """Which version is usable, which is better, by how much, where, and whether that is beyond
+        chance."""
+        from .wording import comparison_sentences
+
+        return tuple(comparison_sentences(self.plain, self.metrics))
+
+    def tables(self) -> Sequence[Table]:
+        """Mean errors, differences, and the settings of each training."""
+        from .wording import comparison_tables
+
+        settings = self.plain["settings"]
+        of_settings = [Table("Settings of each training", settings)] if settings else []
+        return [*comparison_tables(self.plain, self.metrics), *of_settings]
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """The models, then the differences of each pair, as `pyroshock compare --json` prints
+        them."""
+        models = [
+            {key: value for key, value in model.items() if key != "label"}
+            for model in self.plain["models"]
+        ]
+        differences = self.plain["differences"]
+        return [*models, *(row for row in differences if row["metric"] in self.metrics)]
+
+    def to_network_json(self) -> dict[str, Any]:
+        """Models, differences, settings and what can be promoted, in one object."""
+        return self.plain
+
+    def next_command(self) -> Sequence[str]:
+        """A promotion where the comparison on unseen configurations allows it, else a training that
+        would decide."""
+        from .wording import UNSEEN_SPLITS, common_split
+
+        if (label := self.plain["promotable"]) is not None:
+            return ("promote", label)
+        if common_split(self.plain) in UNSEEN_SPLITS:
+            return ()
+        versions = self.comparisons.versions
+        names = ",".join(dict.fromkeys(version.name for version in versions))
+        dataset = versions[0].dataset.name
+        return ("train", dataset, "--models", names, "--split", "configurations")
 
     def to_frame(self) -> pd.DataFrame:
         """The mean errors of each version in every metric, the best first."""
@@ -184,10 +286,10 @@ class ModelComparison:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The difference of the first pair with its 90 % interval, over all pulses and by group."""
-        comparison = self.comparisons.comparisons[0]
+        comparison, metric = self.comparisons.comparisons[0], self.metrics[0]
         rows = [
-            comparison.of(self.metric),
-            *(row for row in comparison.by_group if row.metric == self.metric),
+            comparison.of(metric),
+            *(row for row in comparison.by_group if row.metric == metric),
         ][::-1]
         axes = axes_or_new(ax, height=1.0 + 0.3 * max(len(rows), 2))
         for place, row in enumerate(rows):
@@ -205,21 +307,22 @@ class ModelComparison:
         ]
         axes.set_yticks(range(len(rows)), labels)
         axes.set_xlabel(
-            f"{self.metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance"
+            f"{metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance"
         )
         return axes
 
     def __repr__(self) -> str:
-        return "\n".join(self.sentences)
+        return "\n".join(map(str, self.sentences()))
 
     def _repr_html_(self) -> str:
-        return titled_table(self.sentences[0], self.to_frame()) + "".join(
-            f"<p>{line}</p>" for line in self.sentences
+        lines = [str(claim) for claim in self.sentences()]
+        return titled_table(lines[0], self.to_frame()) + "".join(
+            f"<p>{escape(line)}</p>" for line in lines
         )
 
 
 @dataclass(frozen=True)
-class PromotionDecision:
+class PromotionDecision(Result):
     """Whether a version was put in use, why, and on which figures."""
 
     decision: Decision
@@ -254,62 +357,46 @@ class PromotionDecision:
         before = f"{champion} before" if champion else "none before"
         return f"{candidate} is now in use for the {kind} ({before}){why}{judged}"
 
+    @property
+    def exit_code(self) -> int:
+        """1 of a refusal, 3 where there was not enough to judge."""
+        if self.promoted:
+            return 0
+        return 3 if self.decision.verdict == "not enough to judge" else 1
+
+    def notes(self) -> Sequence[str]:
+        """What was decided, and why."""
+        return (self.sentence,)
+
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock promote --json` prints it."""
-        return asdict(self.decision)
+        return decision_json(self.decision)
+
+    def address(self) -> str:
+        """The page of the version, with the decision at its top."""
+        name, _, number = self.decision.candidate.partition("@")
+        return f"/models/{quote(name, safe='')}/{number}?decided=true"
+
+    def next_command(self) -> Sequence[str]:
+        """A prediction with the promoted version; a comparison of a refused one with that in
+        use."""
+        if self.promoted:
+            return ("predict",)
+        if (champion := self.decision.champion) is None:
+            return ()
+        return ("compare", self.decision.candidate, champion, "--split", "configurations")
 
     def __repr__(self) -> str:
         return self.sentence
 
 
-def train_models(
-    store: Store,
-    url: str,
-    dataset: str,
-    models: Sequence[str],
-    splits: str | None,
-    *,
-    seed: int = 0,
-    budget: Budget = "reduced",
-    retrain: bool = False,
-    executor: ExecutorConfig | None = None,
-    progress: Progress | None = None,
-) -> tuple[Session, dict[str, str]]:
-    """Train models on splits of a dataset and register them: the session, and the repeatability
-    floor by split.
-
-    `splits` is a comma list; None: repetitions and configurations, as far as the dataset can be
-    split so. Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
-    """
-    from ....parallel.executor import HERE
-    from ....training.fitting import session as training_session
-    from ....training.models.catalogue import models_of
-    from ...common.registered_models import note_registered
-
-    names = models_of(",".join(models))
-    registry = registry_of(url)
-    context = context_of(store, dataset, registry, seed, budget)
-    wanted = splits_of(context.table, usual_splits(context.table) if splits is None else splits)
-    with models_extra():
-        session = training_session.train(
-            registry,
-            context,
-            names,
-            wanted,
-            retrain=retrain,
-            executor=executor or HERE,
-            progress=progress or training_session.Progress(),
-        )
-        note_registered(store, registry)
-        return session, registry.floors(context.dataset.hash, seed)
+def decision_json(decision: Decision) -> dict[str, Any]:
+    """A decision on a promotion as plain data, its time as text."""
+    return {**asdict(decision), "when": decision.when.isoformat(timespec="seconds")}
 
 
-def training_runs(session: Session) -> TrainingRuns:
-    """What a session came to, as a notebook sees it."""
-    failures = {
-        f"{failure.model} ({failure.split})": failure.reason for failure in session.failures
-    }
-    return TrainingRuns(tuple(session.versions), failures, session.trained)
+def _models(count: int) -> str:
+    return f"{count} model{'' if count == 1 else 's'}"
 
 
 def versions_frame(versions: Iterable[Version]) -> pd.DataFrame:
@@ -334,76 +421,3 @@ def versions_frame(versions: Iterable[Version]) -> pd.DataFrame:
             row | {"duration_s": version.cost.seconds, "registered_at": version.registered_at}
         )
     return frame_of(rows, ("model", "split", "in_use", "dataset"))
-
-
-def compare_versions(
-    store: Store,
-    url: str,
-    names: Sequence[str],
-    *,
-    dataset: str | None = None,
-    split: str | None = None,
-    metric: str = "force_nrmse",
-    note: Callable[[str], None] = lambda _: None,
-) -> Comparisons:
-    """Versions compared on the held-out pulses they have in common, each with each; without names,
-    the best of the split with all others. Without `split` it is repetitions, or that of the newest
-    model where none was judged on repetitions. `note` is told what was left out and which pulses
-    were withdrawn.
-
-    Raises as `comparing.versions_named` and `comparing.comparisons_of`.
-    """
-    from .comparing import comparisons_of, served, versions_named
-
-    with models_extra():
-        registry = registry_of(url)
-        registered = registry.versions()
-        versions = served(
-            registry,
-            versions_named(registered, names, dataset, split or _usual_split(registered)),
-            names,
-            note,
-        )
-        for words in withdrawn_words(store.read(list_withdrawals), versions):
-            note(words)
-        return comparisons_of(
-            registry, versions, metric, each_with_each=bool(names), read=reader_of(store)
-        )
-
-
-def _usual_split(versions: Sequence[Version]) -> str:
-    splits = [version.split for version in versions]
-    return "repetitions" if "repetitions" in splits or not splits else splits[0]
-
-
-def promote_version(
-    store: Store,
-    url: str,
-    model: str,
-    *,
-    on: str | None = None,
-    force: bool = False,
-    reason: str = "",
-) -> PromotionDecision:
-    """Put "hybrid@3" in use, or refuse it. Raises `ValueError` for a model without its version."""
-    from ....training.registry.listing import chosen
-    from ....training.registry.promotion import promote
-
-    name, at, number = model.partition("@")
-    if not at or not number.isdecimal():
-        raise ValueError(f"model is {model!r}; expected MODEL@VERSION, such as hybrid@3")
-    with models_extra():
-        registry = registry_of(url)
-        candidate = chosen(registry.versions(), model)
-        other = None if on is None else (on, pulses_on(store, on, candidate))
-        return PromotionDecision(
-            promote(
-                registry,
-                name,
-                int(number),
-                reader_of(store),
-                other=other,
-                forced=force,
-                reason=reason,
-            )
-        )

@@ -23,7 +23,7 @@ from ....training.evaluation.metrics import METRICS
 from ....training.registry.listing import finite, newest, row_of
 from ....training.registry.records import Version
 from ....training.registry.registry import Registry
-from ....training.registry.usability import usability
+from ....training.registry.usability import unusable_record
 
 #: In the order in which their figures are read.
 USUAL_SPLITS = ("repetitions", "configurations", "treatments")
@@ -103,7 +103,13 @@ def json_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
             scope: {name: finite(metrics[name].mean) for name in METRICS} if metrics else None
             for scope, metrics in scopes.items()
         }
-    row["not_usable"] = usability([version], floors) or None
+    exceeded = unusable_record(version, floors)
+    row["exceeded_limit"] = (
+        None
+        if exceeded is None
+        else {"error": exceeded.error, "limit": exceeded.limit, "rule": exceeded.rule}
+    )
+    row["not_usable"] = None if exceeded is None else str(exceeded)
     row["thesis"] = {name: figure.value for name, figure in _thesis(version).items()} or None
     return row
 

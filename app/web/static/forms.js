@@ -102,7 +102,7 @@ document.addEventListener("DOMContentLoaded", async () => {
   const fill = (control, texts) => {
     const before = control.type === "checkbox" ? control.checked : control.value;
     if (control.type === "checkbox") control.checked = texts.includes(control.value);
-    else [control.value] = texts;
+    else control.value = texts.join(",");
     const changed = before !== (control.type === "checkbox" ? control.checked : control.value);
     for (let box = changed && control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
     if (changed) control.dispatchEvent(new Event("change", { bubbles: true }));

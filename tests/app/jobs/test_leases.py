@@ -16,13 +16,13 @@ from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
-from pyroshock.app.jobs.job_kinds.train import FencedRegistry
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.train.train import fenced_registry
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
@@ -42,11 +42,9 @@ from support.stores.web_stores import FACTORS
 __all__ = ["odd"]
 
 
-def fenced_registry(file_store: Store, lease: Lease) -> FencedRegistry:
+def registry_of_holder(file_store: Store, lease: Lease) -> Registry:
     url = file_store.engine.url.render_as_string(False)
-    return FencedRegistry(
-        RunningJob(lease.job, FencedStore(file_store, lease, "test"), url, lambda *_: None)
-    )
+    return fenced_registry(url, FencedStore(file_store, lease, "test"))
 
 
 def test_only_the_holder_registers_and_nobody_twice(
@@ -62,11 +60,11 @@ def test_only_the_holder_registers_and_nobody_twice(
     monkeypatch.setattr(Registry, "versions", lambda self: registered)
     first_model, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
     odd.ask(file_store)
-    late = fenced_registry(file_store, claimed(file_store).lease)
+    late = registry_of_holder(file_store, claimed(file_store).lease)
     late.record(first_model)  # of a trained model, its task's key
     taken = take_over(file_store, hand("next"), running(file_store, hand())[0])
     assert taken is not None
-    own_registry = fenced_registry(file_store, taken.lease)
+    own_registry = registry_of_holder(file_store, taken.lease)
     assert own_registry.record(first_model) is registered[0]
     with pytest.raises(LeaseLostError):
         late.record(two)

@@ -70,12 +70,12 @@ def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: M
 def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
     lead = report(lab, "linear@1").lead
     assert lead.startswith("linear@1 predicts the force within ") and " kN (" in lead
-    assert "Its 90 % bands hold " in lead and "of the force points" in lead
+    assert "Its 90 % bands " in lead and "force points" in lead
     assert lead.endswith("It is the model in use for a hammer.")
     law = report(lab, "hann@1")
-    assert "It gives no bands. linear@1 is in use for a hammer. " in law.lead
+    assert "It gives no bands. " in law.lead and "linear@1 is in use for a hammer. " in law.lead
     assert re.search(
-        r"(linear@1 is better than hann@1|hann@1 is better than linear@1) by [\d.]+ %", law.lead
+        r"(linear@1 and hann@1|hann@1 and linear@1) cannot be told apart|is better than", law.lead
     )
     (table,) = blocks(law, "Compared with the model in use")
     assert isinstance(table, Table) and table.columns[1:3] == ("hann@1", "linear@1 (in use)")
@@ -85,9 +85,9 @@ def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
 
 
 @pytest.mark.parametrize(("interval", "words"), [
-    ((0.5, 0.6, 0.7), "they are too narrow for the force points"),
-    ((0.95, 0.97, 0.99), "they are wider than necessary for the force points"),
-    ((0.8, 0.88, 0.95), "this agrees with the nominal 90 %"),
+    ((0.5, 0.6, 0.7), "Its 90 % bands are too narrow for the force points"),
+    ((0.95, 0.97, 0.99), "Its 90 % bands are wider than necessary for the force points"),
+    ((0.8, 0.88, 0.95), "which agrees with what they promise"),
 ])  # fmt: skip
 def test_coverage_is_judged_by_its_interval(
     lab: ModelLab, interval: tuple[float, ...], words: str

@@ -173,7 +173,7 @@ def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: 
     ("/api/channels/1?start_s=nan", 422, "nan"),
     ("/api/channels/1?start_s=1&stop_s=0", 422, "rising order"),
     ("/api/models/tree/9", 404, "tree@9"),
-    ("/api/models/compare?version=tree@1", 422, "at least 2"),
+    ("/api/models/compare?version=tree@1", 422, "needs two models"),
     ("/api/predict?bullet_mass_kg=1e-180", 422, "bullet_mass_kg"),
     ("/api/predict?tank_pressure_pa=1e5&impact_velocity_m_s=5", 422, "one of them"),
     ("/api/predict?contact=unknown", 404, "unknown"),

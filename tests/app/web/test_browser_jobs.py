@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
-from pyroshock.app.jobs.job_kinds.train import TRAIN, TrainArguments
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
+from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.jobs.queue import ask
+from pyroshock.app.operations.train.train import TRAIN, Training
 from pyroshock.schema.session import Writer, open_store
 from support.processes.browsers import Lab, at, page_of, served
 from support.processes.odd_jobs import Odd, odd
@@ -205,9 +206,15 @@ def test_form_of_an_ingest_is_filled_with_folder_and_settings(browser, fresh):
 def test_form_of_a_training_is_filled_with_its_models(browser, lab):
     """The dataset is there, so that the form is; its models cannot be held out as they are asked
     for."""
-    wanted = TrainArguments("guns", ["linear", "hann"], "nothing-of-that-name", 5, "full")
+    wanted = Training(
+        dataset="guns",
+        models=("linear", "hann"),
+        split=("nothing-of-that-name",),
+        seed=5,
+        budget="full",
+    )
     with page_of(browser, lab) as page:
-        refilled(page, lab, TRAIN, wanted)
+        refilled(page, lab, kind_of(TRAIN), wanted)
         ticked = page.locator("#train input[type=checkbox]:checked")
         assert sorted(box.input_value() for box in ticked.all()) == ["hann", "linear"]
         assert (page.input_value("#dataset"), page.input_value("#budget")) == ("guns", "full")

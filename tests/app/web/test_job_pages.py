@@ -14,7 +14,6 @@ import pytest
 from pyroshock.app.jobs.job_kinds.archive import ArchiveArguments
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, ExtractArguments, IngestArguments
-from pyroshock.app.jobs.job_kinds.train import TrainArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
 from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
@@ -121,7 +120,10 @@ ASKED: dict[str, Any] = {
             "criterion": "maximin",
         }
     ),
-    "train": TrainArguments(DATASET, ["linear", "gp"], "repetitions", 5, "full"),
+    "train": KINDS["train"].read(
+        {"dataset": DATASET, "models": ["linear", "gp"], "split": "repetitions", "seed": 5}
+        | {"budget": "full"}
+    ),
     # as older software has stored it
     "tune": read(
         Tuning,

@@ -4,6 +4,7 @@ change."""
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from pyroshock.app.operations.diagnose.diagnosing import keep
 from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
 from pyroshock.app.operations.diagnose.summary import summary
+from pyroshock.app.operations.train.compare import MOST_COMPARED
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
@@ -334,16 +336,16 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     (f"/plans/{AT}/runs/1", {"status": "discarded"}, 422, "reason"),
     (f"/plans/{AT}/runs/9", {"status": "done"}, 422, "no run 9"),
     ("/plans/winter/runs/1", {"status": "done"}, 404, "winter"),
-    ("/models/tree/1/promote", {"reason": "  "}, 422, "no reason given"),
-    ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 422, "winter"),
+    ("/models/tree/1/promote", {"reason": "  "}, 422, "reason is missing"),
+    ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 404, "winter"),
     ("/models/forest/1/promote", {"reason": "x"}, 404, "forest"),
     ("/datasets", {"name": " ", "campaigns": HAMMER}, 422, "Enter a name"),
     ("/datasets", {"name": "x"}, 422, "at least one campaign"),
     ("/datasets", {"name": "x", "campaigns": "winter"}, 422, "winter"),
     ("/datasets", {"name": "x", "campaigns": HAMMER, "quality": "best"}, 422, "quality"),
-    ("/models/train", {"dataset": DATASET}, 422, "at least one model"),
+    ("/models/train", {"dataset": DATASET}, 422, "models is missing"),
     ("/models/train", {"dataset": DATASET, "models": "forest"}, 422, "forest"),
-    ("/models/train", {"dataset": "winter", "models": "tree"}, 422, "winter"),
+    ("/models/train", {"dataset": "winter", "models": "tree"}, 404, "winter"),
     ("/models/train", {"dataset": DATASET, "models": "tree", "split": "halves"}, 422, "halves"),
     ("/diagnoses", {"campaign": "winter"}, 404, "winter"),
     ("/diagnoses", {"campaign": "/etc"}, 404, "/etc"),
@@ -547,8 +549,10 @@ def test_the_model_in_use_stands_first_with_its_error_and_the_differences_to_it(
 
 
 @pytest.mark.parametrize(("query", "status", "words"), [
-    ("", 200, "Choose two to eight versions"),
-    ("?version=tree@1", 422, "1 versions to compare"),
+    ("", 200, f"Choose 2 to {MOST_COMPARED} versions"),
+    ("?version=tree@1", 422, "a comparison needs two models"),
+    ("?version=tree@1 repetitions&version=linear@1 configurations", 422, "one split"),
+    ("?" + "&".join(f"version=tree@{n}" for n in range(1, 30)), 422, f"at most {MOST_COMPARED}"),
     ("?version=tree@1&version=forest@1", 404, "forest"),
 ])  # fmt: skip
 def test_versions_to_compare_are_picked_where_they_cannot_be_compared(
@@ -562,7 +566,23 @@ def test_versions_to_compare_are_picked_where_they_cannot_be_compared(
 def test_a_comparison_says_in_percent_which_version_is_better(filled: Lab) -> None:
     page = filled.client.get("/models/compare?version=tree@1&version=linear@1").text
     sentences = page.partition('id="sentences"')[2].partition("</ul>")[0]
-    assert "is better than" in sentences and "%" in sentences and "force error" in sentences
+    assert "cannot be told apart" in sentences or "is better than" in sentences
+    assert "%" in sentences and "force error" in sentences
+
+
+@pytest.mark.parametrize(
+    "query",
+    [
+        "version=tree@1 repetitions&version=linear@1 repetitions",
+        "version=tree@1&version=linear@1&split=repetitions",
+        "version=tree@1&split=repetitions",
+    ],
+)
+def test_the_chosen_split_stays_chosen(filled: Lab, query: str) -> None:
+    page = filled.client.get(f"/models/compare?{query}").text
+    ticked = re.findall(r'value="([^"]*)" checked', page)
+    labels = re.findall("version=([a-z]+@1)", query)
+    assert sorted(ticked) == sorted(f"{label} repetitions" for label in labels)
 
 
 def test_a_dataset_is_built_once_and_shown_with_what_was_left_out(filled: Lab) -> None:

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.twin.discrepancy.shot_correction import Discrepancy
 from pyroshock.twin.tune.goal import Goal, level_db
 from pyroshock.twin.tune.search import Effort
-from pyroshock.twin.tune.shot_correction import Discrepancy
 from pyroshock.twin.tune.space import ContinuousRange, Levels
 from pyroshock.twin.tune.tuner import FiredShots, tune
 from support.records.tuning_toy import LINES, SPACE, Toy, spectrum

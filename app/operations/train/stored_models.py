@@ -1,0 +1,244 @@
+"""Registered models: one shown with its figures and searches, one deleted, lost ones recovered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from ..fields import Presentation, request_field
+from ..laboratory import Laboratory
+from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, Table
+from ..sentence import Sentence
+from .promote import NamedVersion
+
+if TYPE_CHECKING:
+    from ....training.registry.records import Version
+    from ....training.tuning.trials import SettingsSearch
+
+
+class ShownModel(Request):
+    """A registered version, by its name."""
+
+    model: Annotated[str, Field(min_length=1, max_length=1000)] = request_field(
+        help="Name the version, as MODEL@VERSION; MODEL@champion is the version in use, and MODEL "
+        "alone is the newest version.",
+        presentation=Presentation(
+            positional=True, metavar="MODEL@VERSION", completion="model_versions"
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ModelVersion(Result):
+    """A version with its figures, its settings, and the searches of its training."""
+
+    version: Version
+    floors: Mapping[str, str]
+    settings: Mapping[str, Any]
+    histories: Mapping[str, Any]
+    searches: Mapping[str, SettingsSearch]
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """As pages have it (`figures.version_row`)."""
+        from .figures import version_row
+
+        return version_row(self.version, self.floors)
+
+    def notes(self) -> Sequence[str]:
+        """Of which dataset, split and seed it is."""
+        version = self.version
+        return (
+            f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed "
+            f"{version.seed}",
+        )
+
+    def sentences(self) -> Sequence[Sentence]:
+        """Whether it is usable, how large its errors are, and whether its bands hold."""
+        from .wording import version_sentences
+
+        return version_sentences(self.row)
+
+    def tables(self) -> Sequence[Table | Lines]:
+        """Figures, settings, and what each search tried."""
+        from .searches import importance_of, importance_sentence, search_sentence, settings_rows
+        from .wording import version_tables
+
+        settings = settings_rows(self.settings, self.searches)
+        none = "no settings: older software trained it, or it has none"
+        lines = [
+            line
+            for part, search in self.searches.items()
+            for line in (
+                search_sentence(part, search),
+                importance_sentence(search, importance_of(search)),
+            )
+        ]
+        return (*version_tables(self.row), Table("Settings", settings, none), Lines("", lines))
+
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock models show --json` prints it, with every trial of the searches."""
+        from .tables import json_row
+
+        return {
+            **json_row(self.version, self.floors),
+            "settings": dict(self.settings),
+            "histories": self.histories,
+            "searches": {part: search.as_json() for part, search in self.searches.items()},
+        }
+
+
+def _show(request: ShownModel, laboratory: Laboratory, _: Progress) -> ModelVersion:
+    from ...common.model_registry import models_extra, registry_of
+
+    with models_extra():
+        from ....training.registry.listing import chosen
+
+        registry = registry_of(laboratory.db)
+        version = chosen(registry.versions(), request.model)
+        return ModelVersion(
+            version,
+            registry.floors(version.dataset.hash, version.seed),
+            registry.fit_settings(version),
+            registry.fit_histories(version),
+            registry.searches(version),
+        )
+
+
+def _plot(shown: ModelVersion, path: Path) -> None:
+    from .searches import draw_searches
+
+    if not shown.searches:
+        raise LookupError(
+            f"{shown.version.label} has no trials to draw: nothing was searched, or older software "
+            "trained it"
+        )
+    draw_searches(shown.searches, path)
+
+
+@dataclass(frozen=True)
+class DeletedModel(Result):
+    """What was deleted."""
+
+    label: str
+
+    def notes(self) -> Sequence[str]:
+        """The version."""
+        return (f"model {self.label} is deleted",)
+
+    def to_json(self) -> dict[str, Any]:
+        """Its name."""
+        return {"model": self.label}
+
+    def address(self) -> str:
+        """The list of models."""
+        return "/models"
+
+
+class DeletedVersion(NamedVersion):
+    """A version that is to be deleted."""
+
+
+def _unused(request: DeletedVersion, laboratory: Laboratory) -> str:
+    from ...common.model_registry import models_extra, needed
+    from .deletion import unused_version
+
+    with models_extra():
+        needed(laboratory.db)
+    return f"model {unused_version(laboratory.db, request.label).label}"
+
+
+def _delete(request: DeletedVersion, laboratory: Laboratory, _: Progress) -> DeletedModel:
+    from .deletion import delete_version
+
+    return DeletedModel(delete_version(laboratory.db, request.label).label)
+
+
+class Recovery(Request):
+    """Nothing is asked of a recovery."""
+
+
+@dataclass(frozen=True)
+class RecoveredModels(Result):
+    """What became of each version that the registry had lost."""
+
+    outcomes: tuple[tuple[str, str], ...]
+
+    def notes(self) -> Sequence[str]:
+        """A line for each version."""
+        if not self.outcomes:
+            return ("nothing is lost: the registry has every version that the store lists",)
+        return tuple(f"{label} {outcome}" for label, outcome in self.outcomes)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """A row for each version."""
+        return [{"model": label, "outcome": outcome} for label, outcome in self.outcomes]
+
+
+def _recover(_: Recovery, laboratory: Laboratory, __: Progress) -> RecoveredModels:
+    from ...common.model_registry import models_extra, registry_of
+    from ...common.registered_models import recover_lost
+
+    with models_extra():
+        registry = registry_of(laboratory.db)
+        return RecoveredModels(tuple(recover_lost(laboratory.store, registry)))
+
+
+MODEL_SHOW = Operation(
+    name="model-show",
+    request=ShownModel,
+    run=_show,
+    help="""Show one version of a model: its figures, and the settings of its training, with the
+    trials of the searches that chose some of them.
+
+    `MODEL@champion` is the version in use, and MODEL alone is the newest version. The JSON has
+    every trial of the search with its settings, its score and its duration in seconds.""",
+    example="pyroshock models show gp@1 --plot search.png",
+    command=("models", "show"),
+    route=("GET", "/versions/{model}"),
+    outputs=(
+        Output(
+            "plot",
+            "Draw the trials of the search for settings, and the importance of each setting, into "
+            "FILE.png.",
+            _plot,
+        ),
+    ),
+    needs_store=False,
+    absent={"form": "its page is the answer itself, which an address shows"},
+)
+MODEL_DELETE = Operation(
+    name="model-delete",
+    request=DeletedVersion,
+    run=_delete,
+    help="""Delete one version of a model from the registry. The model in use is refused.
+
+    The number of a deleted version is not given again. Predictions, diagnoses and reports that were
+    made with it stay.""",
+    example="""pyroshock train rehearsal-pulses --models linear --split configurations
+pyroshock models delete linear@1 --yes""",
+    command=("models", "delete"),
+    route=("POST", "/models/{model}/{version}/delete"),
+    deletes=_unused,
+    needs_store=False,
+    form=FormPage("/models/{model}/{version}/delete", "delete", "/models/{model}/{version}/delete"),
+)
+MODEL_RECOVER = Operation(
+    name="model-recover",
+    request=Recovery,
+    run=_recover,
+    help="""Register the surviving files of versions again that the store lists and the registry has
+    lost.
+
+    Every file is held against the SHA-256 that was registered of it. Numbers of versions are kept
+    where they are free. No model is put in use: promote the one that was. Histories of trainings
+    and promotions are not in the files.""",
+    example="pyroshock models recover",
+    command=("models", "recover"),
+    route=("POST", "/models/recover"),
+    absent={"form": "whoever keeps the files of the registry recovers it, on the command line"},
+)
