@@ -718,11 +718,11 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
         found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
 
-        def search(step: Any) -> Any:
+        def run(step: Any) -> Any:
             step(1, 1, "found")
             return found
 
-        return SimpleNamespace(goal=goal, notes=("a note",), run=search)
+        return SimpleNamespace(goal=goal, notes=("a note",), run=run)
 
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
@@ -733,8 +733,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     sent = {"target.file": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}
     job = done(filled, post(filled.client, "/tune", fields, files=sent))
-    search, twin = asked[0]
-    assert (twin.contact, search.at_least, search.share) == ("hertz", 0.6, 0.95)
+    wanted, twin = asked[0]
+    assert (twin.contact, wanted.at_least, wanted.share) == ("hertz", 0.6, 0.95)
     page = filled.client.get(job["address"])
     assert (
         page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
