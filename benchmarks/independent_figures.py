@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.pulses import extract_pulses
+from pyroshock.ingest.extraction.pulses import extract_pulses
 from pyroshock.ingest.readers import open_recording
 from pyroshock.signals.shock_figures import shock_figures
 from pyroshock.signals.units import to_si

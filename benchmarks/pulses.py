@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.pulses import extract_pulses
+from pyroshock.ingest.extraction.pulses import extract_pulses
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.checks.double_hit import check_double_hit
 

@@ -19,8 +19,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.processing import check_recording, hits_of
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.record_checks import check_recording
+from pyroshock.ingest.extraction.recording import hits_of
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 from pyroshock.signals.units import SI_UNITS
 

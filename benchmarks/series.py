@@ -24,17 +24,19 @@ import h5py
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from pyroshock.ingest.folder import CampaignFile, read_campaign_file
-from pyroshock.ingest.processing import (
-    ProcessedRecording,
-    StoredSeries,
-    process_recording,
-    read_channels,
+from pyroshock.ingest.extraction.channels import read_channels
+from pyroshock.ingest.extraction.recording import (
+    EncodedChannel,
+    ExtractedRecording,
+    extract_recording,
 )
-from pyroshock.ingest.runs import MatchedImpact, RunRow, expected_hits, match, read_runs
-from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.ingest.store import CampaignStore
-from pyroshock.ingest.stored import read_samples
+from pyroshock.ingest.extraction.row_matching import expected_hits, match
+from pyroshock.ingest.extraction.settings import ExtractionSettings
+from pyroshock.ingest.folder.campaign_file import CampaignFile, read_campaign_file
+from pyroshock.ingest.folder.campaign_tables import CampaignTables
+from pyroshock.ingest.folder.runs_table import RunRow, read_runs
+from pyroshock.ingest.storing.campaign_writer import CampaignWriter
+from pyroshock.ingest.storing.stored_channels import read_samples
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.impacts import Impact, Pulse
@@ -256,8 +258,7 @@ class RecordingContent:
     impacts: tuple[dict[str, Any], ...]
     pulses: tuple[Floats, ...]
     channels: tuple[Channel, ...]
-    processed: ProcessedRecording
-    matched: list[MatchedImpact]
+    extracted: ExtractedRecording
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +280,7 @@ class Content:
             path = str(row.recording)
             channels, _ = read_channels(folder / path, file.sensors)
             expected = expected_hits([row], rows)
-            done = process_recording(
+            done = extract_recording(
                 folder, path, file.sensors, ExtractionSettings(), expected=expected
             )
             factors = {
@@ -295,9 +296,7 @@ class Content:
                 {channel.name: channel.recorded for channel in channels}, tuple(impacts),
                 tuple(pulse.fine_force_n for pulse in done.pulses), tuple(channels),
                 # encoding the series is part of storing them, which is measured
-                replace(done, series=()),
-                # encoding the series is part of storing them, which is measured
-                match(path, [row], len(done.pulses), rows),
+                replace(done, series=(), hits=tuple(match(path, [row], len(done.pulses), rows))),
             ))  # fmt: skip
         return cls(file, rows, tuple(recordings))
 
@@ -420,12 +419,11 @@ class OurStore(Storage):
         return super().room()
 
     def store(self) -> None:
-        target = CampaignStore(
-            self._store, self.content.file, None, self.content.rows, ExtractionSettings()
-        )
+        tables = CampaignTables(self.content.file, self.content.rows, None, [], {})
+        writer = CampaignWriter(self._store, tables, ExtractionSettings())
         for recording in self.content.recordings:
-            series = tuple(StoredSeries.of(channel) for channel in recording.channels)
-            target.add_recording(replace(recording.processed, series=series), recording.matched)
+            series = tuple(EncodedChannel.of(channel) for channel in recording.channels)
+            writer.add_recording(replace(recording.extracted, series=series))
 
     def whole(self, run: int) -> Samples:
         return self.window(run, 0, None)

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.ingest.pressure_drop import NoDropError, pressure_drop
-from pyroshock.ingest.velocity import muzzle_velocity
+from pyroshock.ingest.extraction.pressure_drop import NoDropError, pressure_drop
+from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import ShotTruth, Trigger, fire, shot_signals

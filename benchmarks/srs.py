@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.array_types import Floats
-from pyroshock.ingest.folder import read_campaign_file
-from pyroshock.ingest.processing import read_channels
+from pyroshock.ingest.extraction.channels import read_channels
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.signals.channel import Channel
 from pyroshock.signals.shock_figures import shock_figures
 from pyroshock.signals.srs.spectrum import shock_response_spectrum

@@ -23,7 +23,7 @@ class Diagnosis(HasId, WithProvenance, Base):
     diagnosed_at: Mapped[datetime]
     report: Mapped[dict[str, Any]]
     #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read.
-    #: None in stores that were filled before revision 0003.
+    #: None of a diagnosis that an earlier version made: its pages say to diagnose again.
     details: Mapped[dict[str, Any] | None] = mapped_column(
         PlainJson(none_as_null=True), deferred=True
     )

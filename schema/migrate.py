@@ -13,6 +13,7 @@ from sqlalchemy import Connection, Engine, inspect, text
 from sqlalchemy.exc import DBAPIError
 
 from .access.permissions import refusal
+from .engine import StoreVersionError
 from .tables import metadata
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 #: The revision that this software reads and writes: the newest in `migrations/versions` (a test
 #: holds it to that).
 HEAD = "0013"
-#: Stores of earlier ones have no hash of each row (`row_hashes`).
-FIRST_WITH_ROW_HASHES = "0011"
 #: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on
 #: the server takes.
 MIGRATION_LOCK = 0x5EED
@@ -83,12 +82,21 @@ def make_within(connection: Connection) -> None:
     command.upgrade(settings, "head")
 
 
-def downgrade(engine: Engine, revision: str) -> None:
-    """Move the store back to `revision` ("base" empties it)."""
-    from alembic import command
-
-    with _database_errors(engine):
-        command.downgrade(config(engine), revision)
+def version_error(place: str, address: str, revision: str) -> StoreVersionError:
+    """Of a store of another version of this software, `place`, at `address`: what is to be done."""
+    printable = revision if revision.isalnum() else repr(revision)
+    subject, first = f"{place} is at revision {printable:.40}", known_revisions()[0]
+    if revision in known_revisions():
+        return StoreVersionError(
+            f"{subject}, older than this software: pyroshock db upgrade --db {address}"
+        )
+    if revision < first:
+        return StoreVersionError(
+            f"{subject}, older than {first}, the first that this software can upgrade: ingest its "
+            f"campaign folders into a new store, or upgrade it by an earlier version first "
+            f"(docs/reference/store.md, Backup and upgrade)"
+        )
+    return StoreVersionError(f"{subject}, which this software does not know: update pyroshock")
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import CheckConstraint, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
-from .base import Base, HasId, WithProvenance, names_row, positive
+from .base import Base, HasId, WithProvenance, names_row
 
 
 class RegisteredVersion(HasId, WithProvenance, Base):
@@ -19,7 +19,7 @@ class RegisteredVersion(HasId, WithProvenance, Base):
     __tablename__ = "registered_versions"
     __table_args__ = (
         UniqueConstraint("label", "sha256"),
-        CheckConstraint(positive("version"), "version_positive"),
+        CheckConstraint("version > 0", "version_positive"),
         CheckConstraint("length(sha256) = 64", "sha256_length"),
         CheckConstraint("length(dataset_hash) = 64", "dataset_hash_length"),
         # "which versions were trained on this dataset"

@@ -284,21 +284,10 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
     if revision == migrate.HEAD:
         return
     if revision is not None:
-        raise version_error(engine, url, revision)
+        raise migrate.version_error(describe(engine), address_for_display(url), revision)
     if not create:
         raise no_store(engine, url)
     migrate.upgrade(engine)
-
-
-def version_error(engine: Engine, url: str, revision: str) -> StoreVersionError:
-    """Of a store that an older or a newer version of this software made: what is to be done."""
-    place = f"{describe(engine)} is at revision {revision}"
-    if revision in migrate.known_revisions():
-        return StoreVersionError(
-            f"{place}, older than this software: pyroshock db upgrade --db "
-            f"{address_for_display(url)}"
-        )
-    return StoreVersionError(f"{place}, which this software does not know: update pyroshock")
 
 
 def count_rows(store: Store) -> dict[str, int]:

@@ -3,7 +3,7 @@ under the measured force.
 
 Of each shot the twin's pulse gets the peak and the impulse of the measured force and acts on the
 nominal plate. What measured levels differ from its answer by is the Gaussian process of
-`tune.discrepancy`, for each sensor alone, with the largest acceleration as one more line. Bands are
+`discrepancy`, for each sensor alone, with the largest acceleration as one more line. Bands are
 those of the process times a scatter that configurations left out have shown: cross-conformal
 prediction with local weights (Vovk, Ann. Math. Artif. Intell. 74 (2015) 9; Lei and others, J. Am.
 Stat. Assoc. 113 (2018) 1094, section 5), as Student's t of as many configurations as are alike.
@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 
 from ..array_types import Floats
 from .contact_interface import ForcePulses
-from .measured_shots import MeasuredShots
-from .setting import Setting
-from .tune.kernels import (
+from .discrepancy.kernels import (
     BOUNDARY,
     INSULATOR,
     PLATE,
@@ -40,8 +38,10 @@ from .tune.kernels import (
     smooth,
     white,
 )
-from .tune.likelihood import fitted
-from .tune.shot_correction import Discrepancy, ShotCorrection, Term
+from .discrepancy.likelihood import fitted
+from .discrepancy.shot_correction import Discrepancy, ShotCorrection, Term
+from .measured_shots import MeasuredShots
+from .setting import Setting
 
 #: Levels of settings at velocities of impact and lines under the measured force: (n, sensors, 1 +
 #: lines), dB.

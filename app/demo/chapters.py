@@ -112,9 +112,11 @@ def _draw_against(axes: Any, columns: dict[str, Any], scale: float, what: str) -
 def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
     """The rehearsal's shots, each beside a prediction of a twin that has not learned from its
     configuration."""
+    from ..operations.validate.request import ValidationRequest
     from ..operations.validate.service import validate_twin
 
-    return validate_twin(store, url, REHEARSAL.name, None, FOLDS, DRAWS, 0, step)
+    request = ValidationRequest(campaign=REHEARSAL.name, folds=FOLDS, draws=DRAWS)
+    return validate_twin(store, url, request, step)
 
 
 def validation_json(validation: TwinValidation) -> dict[str, Any]:

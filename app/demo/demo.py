@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from ...dataset.rows import gun_bench
 from ...ingest.load import ingest_folder
-from ...ingest.report import IngestReport
+from ...ingest.storing.report import IngestReport
 from ...schema.benches import Gun
 from ...schema.campaigns import Campaign
 from ...schema.impacts import Impact, Pulse

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
 from ...ingest.load import ingest_folder
-from ...ingest.plan_link import link_campaign
+from ...ingest.storing.plan_link import link_campaign
 from ...schema.listings import iter_shots
 from ...schema.session import Store
 from ..common.nominal_velocity import with_predictions
@@ -133,7 +133,7 @@ def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
 def draw_campaign(store: Store, name: str, path: Path) -> None:
     """Left: the levels of the plan from run to run. Right: measured velocities over those of the
     nominal gun."""
-    from ...doe.plots import draw_runs
+    from ..figures.design_quality import draw_runs
 
     with store.reading() as session:
         plan = read_plan(session, name)

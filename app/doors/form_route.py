@@ -26,17 +26,17 @@ _MOST_BYTES = 2_000_000
 
 async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
     """The texts of each control and of each file that was sent, and what the address holds."""
-    form = await http.form()
     texts: dict[str, list[str]] = {}
-    for name, value in form.multi_items():
-        if isinstance(value, UploadFile):
-            content = await value.read(_MOST_BYTES + 1)
-            if len(content) > _MOST_BYTES:
-                words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
-                raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
-            texts[name] = [content.decode("utf-8-sig", "replace")]
-        else:
-            texts.setdefault(name, []).append(value)
+    async with http.form() as form:
+        for name, value in form.multi_items():
+            if isinstance(value, UploadFile):
+                content = await value.read(_MOST_BYTES + 1)
+                if len(content) > _MOST_BYTES:
+                    words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
+                    raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
+                texts[name] = [content.decode("utf-8-sig", "replace")]
+            else:
+                texts.setdefault(name, []).append(value)
     return texts | {name: [text] for name, text in in_address(http).items()}
 
 

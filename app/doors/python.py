@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, ParamSpec, cast
+from typing import TYPE_CHECKING, Any, Generic
 
 from pydantic_core import PydanticUndefined
 
@@ -29,20 +29,13 @@ if TYPE_CHECKING:
         def url(self) -> str: ...
 
 
-Parameters = ParamSpec("Parameters")
-
-
-class PythonMethod(Generic[Parameters, Answer]):
+class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
-    `request` gives type checkers the names of the parameters. Fields that are positional on the
-    command line may be given without their names. `progress=False` shows no bar.
+    Fields that are positional on the command line may be given without their names. `progress=False` shows no bar.
     """
 
-    def __init__(
-        self, request: Callable[Parameters, Asked], operation: Operation[Asked, Answer]
-    ) -> None:
-        assert isinstance(request, type) and issubclass(request, Request)
+    def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
         self.__doc__ = documentation(request, operation)
@@ -51,9 +44,7 @@ class PythonMethod(Generic[Parameters, Answer]):
     def __set_name__(self, owner: type, name: str) -> None:
         self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
 
-    def __get__(
-        self, instance: Owner | None, owner: type | None = None
-    ) -> Callable[Parameters, Answer]:
+    def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
         if instance is None:
             return self  # what help() and Sphinx read
 
@@ -63,7 +54,7 @@ class PythonMethod(Generic[Parameters, Answer]):
 
         call.__doc__, call.__name__ = self.__doc__, self.__name__
         call.__signature__ = self.__signature__  # type: ignore[attr-defined]
-        return cast(Callable[Parameters, Answer], call)
+        return call
 
     def _answer(
         self, owner: Owner, args: tuple[Any, ...], progress: bool, given: dict[str, Any]
@@ -75,10 +66,6 @@ class PythonMethod(Generic[Parameters, Answer]):
         values = {**dict(zip(places, args, strict=False)), **given}
         request = read(self.request, values, "python")
         return answer_of(self.operation, request, Laboratory(owner.store, owner.url), progress)
-
-    def __call__(self, *_: Parameters.args, **__: Parameters.kwargs) -> Answer:
-        """What type checkers see of a method; an object has to ask."""
-        raise TypeError(f"{self.__qualname__} is a method; call it on an object")
 
 
 def answer_of(

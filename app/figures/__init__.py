@@ -1,1 +1,1 @@
-"""Figures as data, and the two renderers that draw them: on pages and by matplotlib."""
+"""Figures as data, their renderers, and their makers, each in a file of its subject."""

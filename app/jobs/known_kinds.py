@@ -45,8 +45,6 @@ KINDS = KindTable(
         "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
         "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
         "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
-        "tune": (".app.jobs.job_kinds.tune", "TUNE"),
         "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
-        "validate": (".app.jobs.job_kinds.validate", "VALIDATE"),
     }
 )

@@ -24,7 +24,8 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
 
         def ending() -> JobResult:
             kept = made if operation.keep is None else operation.keep(made, laboratory)
-            return _job_result(kept)
+            address = operation.result_page.format(job=work.job) or kept.address()
+            return JobResult(address, kept.summary(), finite(_job_data(kept)))
 
         return ending
 
@@ -47,13 +48,9 @@ def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
     return request
 
 
-def _job_result(result: Result) -> JobResult:
-    return JobResult(result.address(), result.summary(), finite(_job_data(result)))
-
-
 def _job_data(result: Result) -> Any:
     keys = result.stored_keys()
-    return {**keys, **result.to_json()} if keys else result.to_json()
+    return {**keys, **result.job_data()} if keys else result.job_data()
 
 
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:

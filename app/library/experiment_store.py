@@ -12,9 +12,11 @@ from ...schema.addresses import address_for_display
 from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
-from ..doors.python import answer_of
+from ..doors.python import PythonMethod, answer_of
 from ..operations.faults import read
 from ..operations.laboratory import Laboratory
+from ..operations.validate.request import ValidationRequest
+from ..operations.validate.validating import VALIDATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
         PromotionDecision,
         TrainingRuns,
     )
-    from ..operations.validate.service import TwinValidation
     from .laboratory_twin import LaboratoryTwin
     from .plans import PlanCollection
 
@@ -85,7 +86,7 @@ class ExperimentStore:
         `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
         and nothing is stored.
         """
-        from ...ingest.settings import ExtractionSettings
+        from ...ingest.extraction.settings import ExtractionSettings
         from ..operations.ingest.service import IngestOptions, ingest_campaign
 
         if target_motion not in ("none", "plate"):
@@ -347,22 +348,8 @@ class ExperimentStore:
             coupled=coupled,
         )
 
-    @raises_library_errors
-    def validate(
-        self,
-        campaign: str,
-        *,
-        contact: str | None = None,
-        folds: int = 5,
-        draws: int = 64,
-        seed: int = 0,
-        progress: bool = True,
-    ) -> TwinValidation:
-        """Each measured shot of a campaign beside a prediction of the twin that had not seen it."""
-        from ..operations.validate.service import validate_twin
-
-        with step_bar("validate", "shots", progress) as step:
-            return validate_twin(self.store, self.url, campaign, contact, folds, draws, seed, step)
+    #: Each measured shot of a campaign beside a prediction of the twin that had not seen it.
+    validate = PythonMethod(ValidationRequest, VALIDATE)
 
     @raises_library_errors
     def diagnose(

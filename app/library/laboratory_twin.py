@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -151,47 +151,25 @@ class LaboratoryTwin:
         target: TargetLike,
         *,
         tolerance: str | float | None = None,
-        measured: str | Sequence[str] = (),
-        sensor: str | None = None,
-        bullet_mass: Quantity | Iterable[Quantity] | None = None,
-        factors: str | os.PathLike[str] | None = None,
-        share: float = 1.0,
-        at_least: float = 0.5,
-        extrapolate: bool = False,
-        seed: int = 0,
         progress: bool = True,
+        **search: Any,
     ) -> TunedSettings:
         """Settings of the bench that give a prescribed spectrum, the best first.
 
         `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
         with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
         `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
-        NASA-STD-7003's. `measured` are campaigns whose shots teach the search, `bullet_mass` the
-        masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a plan's TOML
-        file with all that it owns. A setting meets the target from the probability `at_least` on,
-        where the `share` of all lines lies within. `extrapolate` proposes settings outside of the
-        model's domain, too.
+        NASA-STD-7003's. `search` are the fields of `SpectrumSearch`: `measured`, `sensor`,
+        `bullet_mass`, `factors`, `share`, `at_least`, `extrapolate` and `seed`, as `pyroshock tune`
+        takes them.
         """
-        from ..operations.tune.service import factors_of, masses_of, search_settings, target_of
-        from ..operations.tune.session import Ask
+        from ..operations.faults import read
+        from ..operations.tune.request import SpectrumSearch
+        from ..operations.tune.service import search_settings, target_of
 
-        campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
-        masses = masses_of(bullet_mass, "bullet_mass")
-        wanted, owned = target_of(target, tolerance), factors_of(factors)
-        ask = Ask(
-            wanted,
-            self.request,
-            owned,
-            campaigns,
-            sensor,
-            masses,
-            share,
-            extrapolate,
-            seed,
-            at_least,
-        )
+        prescribed, request = target_of(target, tolerance), read(SpectrumSearch, search, "python")
         with step_bar("tune", "settings", progress) as step:
-            return search_settings(self._store, self._url, ask, step)
+            return search_settings(self._store, self._url, prescribed, request, self.request, step)
 
     @raises_library_errors
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:

@@ -72,7 +72,7 @@ class PlanCollection:
         def __getattr__(self, name: str) -> Callable[..., PlannedDesign]: ...
 
 
-_METHODS: dict[str, PythonMethod[..., PlannedDesign]] = {
+_METHODS: dict[str, PythonMethod[PlannedDesign]] = {
     name: PythonMethod(request, PLAN) for name, request in REQUESTS.items()
 }
 for _name, _method in _METHODS.items():

@@ -25,6 +25,8 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "plan-augment": ("plan.runs", "PLAN_AUGMENT", "plan augment"),
     "plan-delete": ("plan.status", "PLAN_DELETE", "plans delete"),
     "simulate": ("plan.simulate", "SIMULATE", "simulate"),
+    "tune": ("tune.tuning", "TUNE", "tune"),
+    "validate": ("validate.validating", "VALIDATE", "validate"),
     "train": ("train.train", "TRAIN", "train"),
     "compare": ("train.compare", "COMPARE", "compare"),
     "promote": ("train.promote", "PROMOTE", "promote"),

@@ -51,6 +51,16 @@ class FieldError(ValueError):
         self.field = field
 
 
+@contextmanager
+def about_field(name: str) -> Iterator[None]:
+    """What is looked up because a field names it: a form shows the error beside that field."""
+    try:
+        yield
+    except LookupError as error:
+        error.field = name  # type: ignore[attr-defined]  # `web.forms.field_of` reads it
+        raise
+
+
 class RequestError(ValueError):
     """A request that cannot be used; `faults` tell each field."""
 

@@ -154,16 +154,23 @@ def text_file(max_bytes: int, read_text: Callable[[Path], str] | None = None) ->
         if value is None or value == "":
             return None
         source, name = source_of(info), str(info.field_name)
-        if isinstance(value, TextFile | Mapping):
+        if isinstance(value, TextFile):
             return value
+        if isinstance(value, Mapping):
+            if source != "network":
+                return value
+            # a path from the network would be a file of this machine
+            value = value.get("text")
         if isinstance(value, str) and (
-            source == "network" or (source == "python" and ("\n" in value or "=" in value))
+            source in ("network", "stored")
+            or (source == "python" and ("\n" in value or "=" in value))
         ):
-            if len(value.encode()) > max_bytes:
+            if len(value.encode(errors="replace")) > max_bytes:
                 raise ValueError(
-                    f"{name} has {len(value.encode()):,} bytes; expected at most {max_bytes:,}"
+                    f"{name} has {len(value.encode(errors='replace')):,} bytes; expected at most "
+                    f"{max_bytes:,}"
                 )
-            return TextFile(name=f"the {name}", text=value)
+            return TextFile(name=f"the {name.replace('_', ' ')}", text=value)
         if source == "network" or not isinstance(value, str | Path):
             raise ValueError(f"{name} is {value!r:.200}; expected the text of a file")
         return _read_file(Path(value), name, max_bytes, read_text)

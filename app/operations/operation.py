@@ -10,9 +10,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
+from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
     from ..figures.figure import Plot
@@ -41,7 +42,10 @@ class Request(BaseModel):
     @field_validator("*", mode="before")
     @classmethod
     def _is_writable(cls, value: Any, info: ValidationInfo) -> Any:
-        """Texts are stored, printed and looked up: every store and spreadsheet must take them."""
+        """Texts are stored, printed and looked up: every store and spreadsheet must take them. An
+        empty text leaves out what need not be given."""
+        if value == "" and cls.model_fields[str(info.field_name)].default is None:
+            return None
         if isinstance(value, str) and (unwritable := UNWRITABLE.search(value)):
             raise ValueError(
                 f"{info.field_name} has the character {unwritable[0]!r}, which cannot be written; "
@@ -116,6 +120,10 @@ class Result:
         """What the JSON route answers; mostly the same."""
         return self.to_json()
 
+    def job_data(self) -> Any:
+        """What a job keeps, from which the page of the answer is drawn."""
+        return self.to_json()
+
     def stored_keys(self) -> Mapping[str, Any]:
         """Numbers under which the answer is stored: a job's result has them before its JSON."""
         return {}
@@ -155,15 +163,16 @@ class Rows(Result):
 
 
 Asked = TypeVar("Asked", bound=Request)
-Answer = TypeVar("Answer", bound=Result)
+Answer = TypeVar("Answer", bound=Result, default=Any)
 
 
 @dataclass(frozen=True)
 class Output(Generic[Answer]):
     """A file that a result can be written to: an option of the command, a link of a page.
 
-    `in_place_of_tables`: whoever asks for the file does not read the tables as well. `older` is a
-    spelling of the option that commands keep.
+    `in_place_of_tables`: whoever asks for the file does not read the tables as well. `check` raises
+    for a file that cannot be written, before the work; `missing` says why an answer has nothing to
+    write, and is empty where it has. `older` is a spelling of the option that commands keep.
     """
 
     name: str
@@ -171,6 +180,8 @@ class Output(Generic[Answer]):
     write: Callable[[Answer, Path], None]
     endings: tuple[str, ...] = ()
     in_place_of_tables: bool = False
+    check: Callable[[Path], None] | None = None
+    missing: Callable[[Answer], str] = lambda _: ""
     older: str = ""
     #: The command does nothing else than to write it.
     required: bool = False
@@ -236,6 +247,8 @@ class Operation(Generic[Asked, Answer]):
     label: Callable[[Any], str] = _label
     #: The page with its form; None: a page made from its fields, at /ask/NAME.
     form: FormPage | None = None
+    #: The page that draws what a job keeps, with {job} for its number; empty: `Result.address`.
+    result_page: str = ""
 
     @property
     def words(self) -> tuple[str, ...]:

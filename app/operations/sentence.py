@@ -23,19 +23,22 @@ SIGNIFICANCE = 0.05
 class Number:
     """A number of a result. `key` is its column: a quantity with its SI unit at the end.
 
-    `kind` "share" is a probability or a part, shown in whole per cent; "error" a relative error, in
-    per cent with three digits; "count" a whole number.
+    `kind` "share" is a probability or a part of a whole, shown in whole per cent; "part" an error
+    as a part of its value, with a decimal; "error" a relative error, in per cent with three digits;
+    "count" a whole number.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "error", "count"] = "quantity"
+    kind: Literal["quantity", "share", "part", "error", "count"] = "quantity"
 
     @property
     def cell(self) -> str:
         """As a cell of a table holds it, without unit."""
         if self.kind == "share":
             return percent(self.value)
+        if self.kind == "part":
+            return f"{100 * self.value:.1f} %"
         if self.kind == "error":
             return error_percent(self.value)
         return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
@@ -119,6 +122,12 @@ REACHES = Rule(
     "reaches",
     "the number is at least what was asked for",
     lambda value, limit: _finite(value, limit) and value >= limit,
+)
+#: A number that does not reach what was asked for.
+FALLS_SHORT = Rule(
+    "falls short",
+    "the number is less than what was asked for",
+    lambda value, limit: _finite(value, limit) and value < limit,
 )
 #: Too few to say more.
 NOT_ENOUGH = Rule(

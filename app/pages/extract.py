@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...ingest.reextraction import preview_impacts
-from ...ingest.settings import ExtractionSettings
+from ...ingest.extraction.settings import ExtractionSettings
+from ...ingest.storing.reextraction import preview_impacts
 from ...schema.conditions import get_campaign_id
 from ...schema.impacts import Pulse
 from ...schema.recordings import STORED, Recording

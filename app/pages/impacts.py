@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...ingest.reextraction import preview_impacts, reextract_recording
-from ...ingest.settings import ExtractionSettings
+from ...ingest.extraction.settings import ExtractionSettings
+from ...ingest.storing.reextraction import preview_impacts, reextract_recording
 from ...schema.campaigns import Campaign, Factor
 from ...schema.conditions import QUALITY, Condition, list_campaign_names
 from ...schema.impacts import Impact, Pulse

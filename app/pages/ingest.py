@@ -12,7 +12,7 @@ from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...ingest.settings import ExtractionSettings
+from ...ingest.extraction.settings import ExtractionSettings
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store

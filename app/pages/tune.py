@@ -3,36 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from fastapi import APIRouter, Form, Query
+from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from sqlalchemy import select
-from starlette.datastructures import UploadFile
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...dataset.rows import stored_materials
 from ...schema.campaigns import Campaign
-from ...schema.listings import get_campaign_id
-from ...schema.session import Store
 from ...twin.contact.laws import LAWS
-from ...twin.srs.standards import parse_tolerance
 from ...twin.srs.target import Target
-from ..common.model_registry import models_extra
 from ..common.number_format import format_number, percent
 from ..common.quantities import display_of
-from ..doors.api.tune import Tuning, tune_job
 from ..figures.plotly_base import COLOURS, Figure, band, figure, line
-from ..jobs.job_kinds.tune import TUNE
-from ..operations.faults import FieldError
+from ..operations.form import controls
 from ..operations.impacts.figures import paper_lines
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
-from ..operations.tune.verdict import answer_sentence, next_steps, verdict_text
-from ..twins.building import PRIOR, check_contact
-from ..web.dependencies import Configured, Key, OpenStore, Running, Word
-from ..web.jobs import finished_result, followed
+from ..operations.sentence import REACHES
+from ..operations.tune.tuning import TUNE
+from ..operations.tune.verdict import (
+    answer_sentences,
+    best_sentences,
+    drawn_share,
+    next_steps,
+    proposal_row,
+)
+from ..twins.building import PRIOR
+from ..web.dependencies import Key, OpenStore, Running, Word
+from ..web.jobs import finished_result
 from ..web.rendering import page, query
 
 router = APIRouter()
@@ -113,7 +114,7 @@ def _side(sign: str, value: float) -> str:
 
 
 def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
-    """The first proposals in the tolerance of what is prescribed (`tuning.tune_job`'s result)."""
+    """The first proposals in the tolerance of what is prescribed (`TunedSettings.job_data`)."""
     lines, display = tuning["frequency_hz"], display_of("level_m_s2")
     shown = {
         key: display.scale * np.asarray(tuning[key])
@@ -122,7 +123,8 @@ def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
     traces = band(lines, shown["lower_m_s2"], shown["upper_m_s2"], "tolerance", "c7")
     traces.append(line(lines, shown["prescribed_m_s2"], "prescribed", "quiet", dash="dash"))
     for i, proposal in enumerate(tuning["proposals"][:3]):
-        name = f"proposal {proposal['rank']}: {percent(proposal['probability_within'])}"
+        likely = percent(drawn_share(proposal["probability_within"]))
+        name = f"proposal {proposal['rank']}: {likely}"
         low, high, expected = (
             display.scale * np.asarray(proposal[key])
             for key in ("lower_m_s2", "upper_m_s2", "expected_m_s2")
@@ -135,51 +137,8 @@ def tuned_figure(tuning: Mapping[str, Any]) -> Figure:
     )
 
 
-def _check(
-    store: Store, field: str, text: str, tolerance: str, names: list[str], campaign: str, plate: str
-) -> None:
-    """Raises `FieldError` at the field that cannot be used: the search would end without a
-    result."""
-    if not text.strip():
-        raise FieldError(
-            field, "There is no specification. Choose its CSV file, or paste its table."
-        )
-    try:
-        if tolerance:
-            parse_tolerance(tolerance)
-    except ValueError as error:
-        raise FieldError("tolerance", str(error)) from error
-    try:
-        target_from_upload(text, "the specification", tolerance or None)
-    except ValueError as error:
-        raise FieldError(field, str(error)) from error
-    with store.reading() as session:
-        if plate and plate.lower() not in (materials := stored_materials(session)):
-            names_of = ", ".join(
-                sorted({material.name for material in materials.values()}, key=str.lower)
-            )
-            raise FieldError("plate", f"There is no material {plate!r}; there are: {names_of}")
-        for control, name in (*(("measured", name) for name in names), ("campaign", campaign)):
-            try:
-                if name:
-                    get_campaign_id(session, name)
-            except LookupError as error:
-                raise FieldError(control, f"{control}: {error}") from error
-
-
 @router.get("/tune")
-def form(
-    request: Request,
-    store: OpenStore,
-    campaign: Word = "",
-    contact: Word = "",
-    plate: Word = "",
-    tolerance: Word = "",
-    measured: Annotated[str, Query(max_length=1000)] = "",
-    at_least: Word = "0.5",
-    share: Word = "1",
-    text: Annotated[str, Query(max_length=MOST_BYTES)] = "",
-) -> Response:
+def form(request: Request, store: OpenStore) -> Response:
     """The form, with the values of the address in its fields."""
     with store.reading() as session:
         newest_first = (
@@ -191,20 +150,21 @@ def form(
         plates = sorted(
             {material.name for material in stored_materials(session).values()}, key=str.lower
         )
+    values = {name: text[:MOST_BYTES] for name, text in request.query_params.items()}
+    suggestions = {
+        "campaign": benches,
+        "measured": benches,
+        "plate": plates,
+        "contact": [PRIOR, *LAWS],
+    }
     return page(
         request,
         "tune.html",
         benches=benches,
-        plates=plates,
-        contacts=list(dict.fromkeys([PRIOR, *LAWS, *([contact] if contact else [])])),
-        campaign=campaign,
-        contact=contact,
-        plate=plate,
-        tolerance=tolerance,
-        measured=measured,
-        at_least=at_least,
-        share=share,
-        text=text,
+        target=values.get("target", values.get("text", "")),
+        controls={
+            control.name: control for control in controls(TUNE, values, suggestions=suggestions)
+        },
     )
 
 
@@ -216,49 +176,6 @@ def typed_target(typed: TypedTarget) -> dict[str, Any]:
     return {"figure": target_figure(target), "sentence": target_sentence(target)}
 
 
-@router.post("/tune")
-async def tune(
-    request: Request,
-    store: OpenStore,
-    running: Running,
-    settings: Configured,
-    campaign: Annotated[str, Form(max_length=200)] = "",
-    contact: Annotated[str, Form(max_length=200)] = "",
-    plate: Annotated[str, Form(max_length=200)] = "",
-    tolerance: Annotated[str, Form(max_length=200)] = "",
-    measured: Annotated[str, Form(max_length=1000)] = "",
-    at_least: Annotated[float, Form(gt=0, le=1)] = 0.5,
-    share: Annotated[float, Form(gt=0, le=1)] = 1.0,
-    text: Annotated[str, Form(max_length=MOST_BYTES)] = "",
-) -> Response:
-    form = await request.form()
-    sent, field = form.get("specification"), "text"
-    if isinstance(sent, UploadFile) and sent.filename:
-        text, field = (
-            (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace"),
-            "specification",
-        )
-    names = [name for name in (text.strip() for text in measured.split(",")) if name]
-    _check(store, field, text, tolerance.strip(), names, campaign, plate)
-    if contact:
-        try:
-            with models_extra():
-                check_contact(settings.db, contact)
-        except LookupError as error:
-            raise FieldError("contact", str(error)) from error
-    tuning = Tuning(
-        target=text,
-        tolerance=tolerance.strip(),
-        campaign=campaign or None,
-        contact=contact or None,
-        plate=plate or None,
-        measured=names,
-        at_least=at_least,
-        share=share,
-    )
-    return followed(tune_job(running, store, tuning))
-
-
 @router.get("/tune/{job}")
 def tuned(request: Request, job: Key, running: Running) -> Response:
     data = finished_result(running, job, TUNE.name, "tuning")
@@ -267,12 +184,15 @@ def tuned(request: Request, job: Key, running: Running) -> Response:
         "/twin" + query({**twin, **{name: proposal["settings"][name] for name in _SETTINGS}})
         for proposal in data["proposals"]
     ]
+    answers = answer_sentences(data)
     return page(
         request,
         "tuned.html",
         found=data,
-        answer=answer_sentence(data),
-        verdict=verdict_text(data),
+        answer=" ".join(map(str, answers)),
+        verdict=" ".join(map(str, best_sentences(data))),
+        met=bool(answers) and answers[0].rule is REACHES,
+        rows=[proposal_row(row, data) for row in data["proposals"]],
         steps=next_steps(data),
         links=links,
         figure=tuned_figure(data) if data["proposals"] else None,

@@ -4,32 +4,36 @@ charts."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from fastapi import APIRouter, Form
+from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
-from ..common.model_registry import models_extra
+from ...twin.contact.laws import LAWS
 from ..common.quantities import shown_unit
-from ..doors.api.validate import ValidationQuestion, validate_job
 from ..figures.plotly_base import COLOURS, Figure, bars, categories, figure, line, points
-from ..jobs.job_kinds.validate import VALIDATE
-from ..operations.faults import FieldError
+from ..operations.form import controls
 from ..operations.validate.report import validation_document
+from ..operations.validate.validating import VALIDATE
 from ..operations.validate.validation import (
     COLUMNS,
     adopted_lines,
-    failure_lines,
-    quantity_words,
     reason_lines,
     score_rows,
 )
-from ..twins.building import check_contact
-from ..web.dependencies import Configured, Key, OpenStore, Running, Word
-from ..web.jobs import finished_result, followed
+from ..operations.validate.verdict import (
+    failure_sentences,
+    is_calibrated,
+    joint_interval,
+    quantity_words,
+    verdict_text,
+)
+from ..twins.building import PRIOR
+from ..web.dependencies import Key, OpenStore, Running
+from ..web.jobs import finished_result
 from ..web.rendering import page
 from .report import Ending, report_file
 
@@ -42,7 +46,7 @@ def coverage_figure(data: Mapping[str, Any]) -> Figure:
     for band, colour in ((50, "c1"), (90, "c0")):
         shares = np.array([row[f"coverage{band}"] for row in data["quantities"]])
         low, high = np.clip(
-            np.array([row[f"coverage{band}_ci95"] for row in data["quantities"]]).T, 0.0, 1.0
+            np.array([_interval(row, band, len(names)) for row in data["quantities"]]).T, 0.0, 1.0
         )
         error = {
             "type": "data",
@@ -71,6 +75,11 @@ def coverage_figure(data: Mapping[str, Any]) -> Figure:
     )
     chart["layout"]["yaxis"] |= {"range": [0, 103]}
     return chart
+
+
+def _interval(row: Mapping[str, Any], band: int, quantities: int) -> tuple[float, float]:
+    """Of the 90 % band the interval that the verdict rests on."""
+    return joint_interval(row, quantities) if band == 90 else tuple(row[f"coverage{band}_ci95"])
 
 
 def rank_figure(data: Mapping[str, Any]) -> Figure:
@@ -150,39 +159,22 @@ router = APIRouter()
 
 
 @router.get("/validations")
-def validations(
-    request: Request, store: OpenStore, running: Running, campaign: str = "", contact: Word = ""
-) -> Response:
-    """`campaign` and `contact` are in the form from the start."""
+def validations(request: Request, store: OpenStore, running: Running) -> Response:
+    """The form, with the values of the address in its fields, and the validations that were
+    made."""
     with store.reading() as session:
         names = list_campaign_names(session)
     made = [job for job in running.listed() if job.kind == VALIDATE.name]
+    values = dict(request.query_params)
+    further = set(VALIDATE.request.model_fields) - {"campaign"}
     return page(
-        request, "validations.html", campaigns=names, campaign=campaign, contact=contact, jobs=made
+        request,
+        "validations.html",
+        campaigns=names,
+        campaign=values.get("campaign", ""),
+        controls=controls(VALIDATE, values, names=further, suggestions={"contact": [PRIOR, *LAWS]}),
+        jobs=made,
     )
-
-
-@router.post("/validations")
-def validate(
-    store: OpenStore,
-    running: Running,
-    settings: Configured,
-    campaign: Annotated[str, Form(max_length=200)],
-    contact: Annotated[str, Form(max_length=200)] = "",
-) -> Response:
-    if contact.strip():
-        try:
-            with models_extra():
-                check_contact(settings.db, contact.strip())
-        except LookupError as error:
-            raise FieldError("contact", str(error)) from error
-    question = ValidationQuestion(campaign=campaign, contact=contact.strip() or None)
-    try:
-        job = validate_job(running, store, question)
-    except LookupError as error:
-        error.field = "campaign"  # type: ignore[attr-defined]  # `field_of` reads it
-        raise
-    return followed(job)
 
 
 @router.get("/validations/{job}")
@@ -192,11 +184,11 @@ def validation(request: Request, job: Key, running: Running) -> Response:
         request,
         "validation.html",
         job=job,
-        validation=data,
+        validation=data | {"verdict": verdict_text(data), "calibrated": is_calibrated(data)},
         columns=COLUMNS,
         rows=list(score_rows(data)),
         adopted=adopted_lines(data),
-        failures=failure_lines(data),
+        failures=failure_sentences(data),
         left_out=reason_lines(data["left_out"]),
         coverage=coverage_figure(data),
         ranks=rank_figure(data),

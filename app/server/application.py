@@ -33,8 +33,6 @@ from ..doors.api import ingest as ingest_api
 from ..doors.api import jobs as jobs_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
-from ..doors.api import tune as tune_api
-from ..doors.api import validate as validate_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
@@ -79,8 +77,6 @@ _API = (
     jobs_api,
     train_api,
     predict_api,
-    tune_api,
-    validate_api,
 )
 PAGES = (
     home_pages,

@@ -120,7 +120,7 @@ class BuiltTwin:
 
     def material(self, name: str) -> ElasticMaterial:
         """By name or alias. Raises `LookupError` naming those there are."""
-        return _material_named(self.materials, name)
+        return material_named(self.materials, name)
 
     def setting(self, **own: Any) -> Setting:
         """A setting on this twin's plate; `own` are the other fields of `Setting`."""
@@ -148,7 +148,7 @@ def twin_of(
         return _built(session, bench, stored_materials(session), db, request, shots)
 
 
-def _material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
+def material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
     if name.lower() not in materials:
         material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
         raise LookupError(
@@ -170,7 +170,7 @@ def _built(
         bench = bench_of_file(request.bench, bench)
     if request.modes is not None:
         bench = with_modes(bench, request.modes)
-    plate = _material_named(materials, request.plate or bench.plate_material)
+    plate = material_named(materials, request.plate or bench.plate_material)
     by_hand = request.effects
     adopted, adopted_notes = _adopted(session, bench, request)
     adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
@@ -232,7 +232,7 @@ def _shots(
         frequency_hz=lines,
         q=request.q,
         sensors=sensors,
-        material=lambda name: _material_named(materials, name),
+        material=lambda name: material_named(materials, name),
         plate=struck_plate(bench),
         most=MOST_SHOTS,
     )[0]

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from ...array_types import Floats
 from ...dataset.rows import rows_of_campaigns
 from ...dataset.selection import verdicts
-from ...ingest.stored import list_channels, read_channel
+from ...ingest.storing.stored_channels import list_channels, read_channel
 from ...schema.benches import Hammer
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_factors

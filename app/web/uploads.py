@@ -18,7 +18,7 @@ from sqlalchemy import select
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
 
-from ...ingest.settings import ExtractionSettings, Segmentation
+from ...ingest.extraction.settings import ExtractionSettings, Segmentation
 from ...schema.campaigns import Plan
 from ...schema.session import Store
 from ..jobs.job_kinds.ingest import CHECK, INGEST, IngestArguments, discard, make_scratch

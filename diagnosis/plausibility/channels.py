@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...array_types import Floats
-from ...ingest.channel_mistakes import unit_mistakes
+from ...ingest.folder.unit_mistakes import unit_mistakes
 from ...schema.known_factors import NONE
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.response import kept_below, respond

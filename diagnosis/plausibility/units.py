@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
-from ...ingest.channel_mistakes import unit_mistakes
+from ...ingest.folder.unit_mistakes import unit_mistakes
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
 from ..record import CampaignRecord

@@ -20,7 +20,7 @@ from sqlalchemy import and_, case, func, or_, select
 from sqlalchemy.orm import Session, outerjoin
 
 from ...array_types import Floats
-from ...ingest.stored import list_channels, read_channel
+from ...ingest.storing.stored_channels import list_channels, read_channel
 from ...schema.campaigns import Campaign
 from ...schema.impacts import Impact, Pulse, Shot
 from ...schema.recordings import QualityFinding, RecordedChannel, Recording

@@ -12,10 +12,10 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from ...array_types import Floats
-from ...ingest.gunshot import laser_channel
-from ...ingest.pressure_drop import PressureDrop, pressure_drop
-from ...ingest.stored import list_channels, read_channel
-from ...ingest.velocity import NoPassageError, muzzle_velocity
+from ...ingest.extraction.gunshot import laser_channel
+from ...ingest.extraction.pressure_drop import PressureDrop, pressure_drop
+from ...ingest.extraction.velocity import NoPassageError, muzzle_velocity
+from ...ingest.storing.stored_channels import list_channels, read_channel
 from ...signals.channel import Channel
 from ..record import Series
 from .series import QualityExclusions, StoredImpact

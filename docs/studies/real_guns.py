@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
-from pyroshock.ingest.velocity import muzzle_velocity_uncertainty
+from pyroshock.ingest.extraction.velocity import muzzle_velocity_uncertainty
 from pyroshock.twin.gun.bench import GunBench
 
 FIRST_SHOTS = Path(__file__).resolve().parents[2] / "examples" / "first-shots"

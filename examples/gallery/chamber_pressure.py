@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.pressure_drop import pressure_drop
-from pyroshock.ingest.velocity import muzzle_velocity
+from pyroshock.ingest.extraction.pressure_drop import pressure_drop
+from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile

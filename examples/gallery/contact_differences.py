@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.common.plots import QUIET, new_figure
-from pyroshock.training.evaluation.plot_style import COLOURS
+from pyroshock.training.plots.style import COLOURS
 
 from .resampling_error import by_hit
 from .virtual_campaign import HammerCampaign

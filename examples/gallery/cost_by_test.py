@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pyroshock.training.evaluation.metrics import PulseErrors
-from pyroshock.training.evaluation.plots import by_test
+from pyroshock.training.plots.held_out import by_test
 from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
-from pyroshock.ingest.acceleration import clean_acceleration
-from pyroshock.ingest.pulses import extract_pulses
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.deconvolution import clean_acceleration
+from pyroshock.ingest.extraction.pulses import extract_pulses
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 
 from .virtual_campaign import HammerCampaign
 

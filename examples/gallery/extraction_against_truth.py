@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.common.plots import MEASURED, QUIET, new_figure
-from pyroshock.ingest.pulses import ExtractedPulse
+from pyroshock.ingest.extraction.pulses import ExtractedPulse
 from pyroshock.signals.channel import Channel
 
 from .contact_differences import difference_percent

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.pulses import ExtractedPulse, extract_pulses
-from pyroshock.ingest.settings import ExtractionSettings, Segmentation
+from pyroshock.ingest.extraction.pulses import ExtractedPulse, extract_pulses
+from pyroshock.ingest.extraction.settings import ExtractionSettings, Segmentation
 from pyroshock.signals.channel import Channel
 
 from .virtual_campaign import HammerCampaign

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
-from pyroshock.ingest.acceleration import deconvolve
-from pyroshock.ingest.pulses import extract_pulses
-from pyroshock.ingest.transfer_function import estimate_transfer_function
+from pyroshock.ingest.extraction.deconvolution import deconvolve
+from pyroshock.ingest.extraction.pulses import extract_pulses
+from pyroshock.ingest.extraction.transfer_function import estimate_transfer_function
 
 from .virtual_campaign import HammerCampaign
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.evaluation.plots import heat_map
+from pyroshock.training.plots.held_out import heat_map
 from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:

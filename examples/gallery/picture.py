@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pyroshock.files.atomic_write import atomic_file
-from pyroshock.training.evaluation.plot_style import png
+from pyroshock.training.plots.style import png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

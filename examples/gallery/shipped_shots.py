@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.listings import iter_shots
 from pyroshock.schema.session import Writer, open_store

@@ -18,9 +18,9 @@ from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.dataset.table import PulseTable
 from pyroshock.doe.designs.factorial import factorial
 from pyroshock.doe.space import hammer_space
-from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.extraction.channels import read_channels
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.processing import read_channels
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.signals.channel import Channel

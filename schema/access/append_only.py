@@ -1,7 +1,7 @@
 """What the software itself must change of records that an operator may only add to.
 
 On PostgreSQL functions of the store do it, with their owner's rights and within what they check
-(revision 0012); in a file of SQLite, whose owner may do all, the same statements.
+(`migrations`); in a file of SQLite, whose owner may do all, the same statements.
 """
 
 from __future__ import annotations

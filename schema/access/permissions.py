@@ -94,7 +94,7 @@ def missing_rights(connection: Connection) -> list[str]:
 
 
 def functions_of(connection: Connection) -> list[str]:
-    """The store's own functions that are there: none before revision 0012."""
+    """The store's own functions that are there."""
     return [
         function
         for function in FUNCTIONS

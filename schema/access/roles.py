@@ -54,7 +54,6 @@ OF_THE_SEQUENCES = (
 )
 #: Of tables and sequences that `maker` makes later, in migrations to come.
 GIVE = "ALTER DEFAULT PRIVILEGES FOR ROLE {maker} IN SCHEMA {schema} GRANT "
-TAKE = "ALTER DEFAULT PRIVILEGES FOR ROLE {maker} IN SCHEMA {schema} REVOKE "
 OF_LATER_ONES = (
     ("SELECT ON TABLES", "{reader}"),
     ("SELECT ON SEQUENCES", "{reader}"),
@@ -62,11 +61,6 @@ OF_LATER_ONES = (
     ("USAGE, SELECT ON SEQUENCES", "{operator}"),
     ("ALL ON TABLES", "{admin}"),
     ("ALL ON SEQUENCES", "{admin}"),
-)
-TAKE_ALL = (
-    "REVOKE ALL ON ALL TABLES IN SCHEMA {schema} FROM {reader}, {operator}, {admin}",
-    "REVOKE ALL ON ALL SEQUENCES IN SCHEMA {schema} FROM {reader}, {operator}, {admin}",
-    "REVOKE ALL ON SCHEMA {schema} FROM {reader}, {operator}, {admin}",
 )
 LOGIN = text(
     "SELECT current_user, rolsuper OR rolcreaterole, rolsuper FROM pg_roles "
@@ -82,12 +76,10 @@ def names_in(connection: Connection) -> dict[str, Any]:
         return SQL(", ").join(identifier(table) for table in tables)
 
     there = tables_of(connection)
-    login, *_ = connection.execute(LOGIN).one()
     named = {
         "reader": READER,
         "operator": OPERATOR,
         "admin": ADMIN,
-        "login": login,
         "version": VERSION,
     }
     named["schema"] = str(connection.scalar(text("SELECT current_schema()")))
@@ -147,7 +139,7 @@ def grant_roles(connection: Connection) -> bool:
         for rights, role in OF_LATER_ONES:
             run(connection, f"{GIVE}{rights} TO {role}", names | maker)
     if _may_act_as_admin(connection) and connection.scalar(_MAKES_TABLES, {"role": ADMIN}):
-        _hand_over(connection, names, "{admin}")
+        _hand_over(connection, names)
     return True
 
 
@@ -173,27 +165,6 @@ def grant_rights(connection: Connection) -> None:
         run(
             connection,
             f"GRANT EXECUTE ON FUNCTION {{schema}}.{function} TO {{operator}}, {{admin}}",
-            names,
-        )
-
-
-def revoke_roles(connection: Connection) -> None:
-    """Take all rights in this store back; its tables become the login's. The roles stay: other
-    stores have them."""
-    _act_as_login(connection)
-    if missing_roles(connection):
-        return
-    names = names_in(connection)
-    _hand_over(connection, names, "{login}")
-    for maker in _makers(connection):
-        for rights, role in OF_LATER_ONES:
-            run(connection, f"{TAKE}{rights} FROM {role}", names | maker)
-    for statement in TAKE_ALL:
-        run(connection, statement, names)
-    for function in functions_of(connection):
-        run(
-            connection,
-            f"REVOKE ALL ON FUNCTION {{schema}}.{function} FROM {{operator}}, {{admin}}",
             names,
         )
 
@@ -244,16 +215,17 @@ def _makers(connection: Connection) -> list[dict[str, Any]]:
     return [{"maker": identifier(maker)} for maker in makers]
 
 
-def _hand_over(connection: Connection, names: dict[str, Any], owner: str) -> None:
-    """Sequences and indexes go with their tables; the functions act as their owner."""
+def _hand_over(connection: Connection, names: dict[str, Any]) -> None:
+    """The admin's role becomes the owner. Sequences and indexes go with their tables; the functions
+    act as their owner."""
     for table in tables_of(connection):
         run(
             connection,
-            f"ALTER TABLE {{table}} OWNER TO {owner}",
+            "ALTER TABLE {table} OWNER TO {admin}",
             names | {"table": identifier(table)},
         )
     for function in functions_of(connection):
-        run(connection, f"ALTER FUNCTION {{schema}}.{function} OWNER TO {owner}", names)
+        run(connection, f"ALTER FUNCTION {{schema}}.{function} OWNER TO {{admin}}", names)
 
 
 #: What each role is for, in a person's words.

@@ -21,7 +21,7 @@ from sqlalchemy.pool import NullPool
 from .. import migrate
 from ..campaign_rows import members
 from ..campaigns import Campaign
-from ..engine import StoreError, StoreVersionError, first_line, make_engine
+from ..engine import StoreError, first_line, make_engine
 from ..integrity.checking import Check, checks, iter_findings
 from ..integrity.checks.cross_table_rules import check_belonging
 from ..integrity.checks.engine_rules import check_database, check_references, check_values
@@ -221,18 +221,7 @@ def _refuse_other_revision(connection: Connection, file: Path, tables: set[str])
     revision = connection.scalar(text("SELECT version_num FROM alembic_version"))
     if revision == migrate.HEAD:
         return
-    if revision in migrate.known_revisions():
-        without = (
-            "" if revision >= migrate.FIRST_WITH_ROW_HASHES else ", and its rows carry no hashes"
-        )
-        raise StoreVersionError(
-            f"{file} is at revision {revision}, older than this software{without}: pyroshock db "
-            f"upgrade --db {address_of(file)} checks what had a hash and gives each row its own"
-        )
-    raise StoreVersionError(
-        f"{file} is at revision {revision!r:.40}, which this software does "
-        f"not know: update pyroshock"
-    )
+    raise migrate.version_error(str(file), address_of(file), str(revision))
 
 
 _BLOCK = 2**20

@@ -14,8 +14,8 @@ import pytest
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.tune import session as tuning_session
 from pyroshock.app.operations.validate.report import validation_document
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.operations.validate.validation import (
-    ValidationRequest,
     adopted_lines,
     run_validation,
 )
@@ -281,7 +281,7 @@ def test_mean_is_kept_and_predicts_between_its_effects(store: Store, lab: str) -
 def test_validation_shows_the_errors_without_and_with_what_was_adopted(
     store: Store, lab: str
 ) -> None:
-    request = ValidationRequest("spring", folds=2, draws=20, contact="hertz")
+    request = ValidationRequest(campaign="spring", folds=2, draws=20, contact="hertz")
     assert run_validation(store, lab, request).as_json()["adopted"] is None
     adopt(store, of_set(*BOTH), MEAN)
     data = run_validation(store, lab, request).as_json()
@@ -296,7 +296,9 @@ def test_validation_shows_the_errors_without_and_with_what_was_adopted(
         "The effects were fitted to these shots"
     )
     assert any(line.startswith("Impact velocity: median error") for line in lines)
-    of_summer = run_validation(store, lab, replace(request, campaign="summer")).as_json()
+    of_summer = run_validation(
+        store, lab, request.model_copy(update={"campaign": "summer"})
+    ).as_json()
     assert not of_summer["adopted"]["fitted_to_these_shots"]
     assert "With the adopted effects" in [
         section.title for section in validation_document(data).sections
@@ -482,8 +484,8 @@ def test_tune_leaves_it_out_where_asked(
 ) -> None:
     asked = []
 
-    def stop(_store, _db, ask):
-        asked.append(ask.request.adopted)
+    def stop(_store, _db, _target, _search, twin):
+        asked.append(twin.adopted)
         raise ValueError("enough")
 
     monkeypatch.setattr(tuning_session, "session_of", stop)

@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from pyroshock.ingest.new_folder import FILL_IN
+from pyroshock.ingest.folder.new_folder import FILL_IN
 from pyroshock.schema.recordings import RecordedChannel
 from sqlalchemy import select
 from support.records.campaigns import FS_HZ, blows, force_record, write_recording

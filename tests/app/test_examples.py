@@ -62,7 +62,7 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out, url = place / "results", f"sqlite:///{place / 'results' / 'demo.db'}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
-        patch.setattr(fitting, "_figures", lambda *_: {})
+        patch.setattr(fitting, "training_figures", lambda *_: {})
         patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         run_pyroshock("demo", "--out", out, "--chapters", "3")

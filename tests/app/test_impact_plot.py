@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from pyroshock.app.operations.impacts import impact_plot
 from pyroshock.app.operations.impacts.impact_plot import draw_pulse, draw_record, plot_impact
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.stored import list_channels
+from pyroshock.ingest.storing.stored_channels import list_channels
 from pyroshock.schema.impacts import Impact, Pulse
 from sqlalchemy import delete, select
 from support.records.campaigns import (

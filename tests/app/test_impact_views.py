@@ -16,10 +16,10 @@ from pyroshock.app.operations.impacts.signals import (
     envelope,
     list_signals,
 )
-from pyroshock.ingest import stored
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.reextraction import preview_impacts, reextract_recording
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.storing import stored_channels as stored
+from pyroshock.ingest.storing.reextraction import preview_impacts, reextract_recording
 from pyroshock.schema.impacts import ExtractionSettingsRow as SettingsRow
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.series import as_floats, read_slice

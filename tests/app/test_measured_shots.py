@@ -23,7 +23,7 @@ from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
 from pyroshock.app.twins.twin_cache import CacheKeyReader
 from pyroshock.dataset.rows import stored_materials
-from pyroshock.ingest.stored import list_channels, read_channel
+from pyroshock.ingest.storing.stored_channels import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import (
     INTEGRATED,

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.commands.predict import predict
-from pyroshock.app.doors.commands.tune import tune
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.learning import (
     bench_kind_of,
@@ -32,7 +31,7 @@ from pyroshock.training.registry.records import Cost, DatasetName, RegisteredMod
 from support.records.campaigns import gun_campaign
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import full_campaign
-from support.stores.stores import ingested, opened
+from support.stores.stores import ingested, opened, pyroshock
 
 WHEN = datetime(2026, 1, 1, tzinfo=UTC)
 FEW = ("--frequencies", "200:800:3", "--draws", "8")
@@ -136,7 +135,7 @@ def test_hammers_campaign_needs_a_velocity_and_is_struck_with_its_hammer(
     assert "has no gun" in refused.stderr
     spec = tmp_path / "spec.csv"
     spec.write_text("frequency_hz,level_g\n100,10\n1000,100\n", encoding="utf-8")
-    refused = CliRunner().invoke(tune, ["--target", str(spec), "--campaign", "hammer", "--db", lab])
+    refused = pyroshock("tune", "--target", spec, "--campaign", "hammer", "--db", lab)
     assert "has no gun, whose settings are searched" in refused.stderr
     champion = version("tree", dataset("hammer", "hammer", INTEGRATED), "hammer", "2026-01-02")
     monkeypatch.setattr(twins, "_registry", lambda _: registry(champion))

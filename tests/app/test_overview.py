@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pyroshock.app.operations.ingest.campaign_overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.plan_link import link_campaign
+from pyroshock.ingest.storing.plan_link import link_campaign
 from pyroshock.schema.benches import material_names
 from pyroshock.schema.campaigns import Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_id

@@ -119,7 +119,7 @@ def test_the_table_of_a_plan_is_guarded_and_imported_as_it_was(lab: Path, tmp_pa
 def test_a_campaign_folder_that_is_begun_from_a_plan_reads_back_its_levels(
     lab: Path, tmp_path: Path
 ) -> None:
-    from pyroshock.ingest.tables import read_table
+    from pyroshock.ingest.folder.tables import read_table
 
     run_pyroshock(
         "campaigns",

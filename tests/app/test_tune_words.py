@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.jobs.job_kinds.tune import TUNE, TuneArguments
-from pyroshock.app.jobs.job_kinds.validate import VALIDATE, ValidateArguments
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.operation_kind import kind_of
+from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.train.train import TRAIN, Training
-from pyroshock.app.operations.tune.verdict import answer_sentence, verdict_text
+from pyroshock.app.operations.tune.request import Tuning
+from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.pages.tune import target_figure, target_sentence
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
@@ -28,50 +30,65 @@ def answer(probability: float, meets: bool, **more: Any) -> dict[str, Any]:
         "settings": settings, "probability_within": probability, "worst_frequency_hz": None,
         "worst_margin_db": None,
     }  # fmt: skip
-    attainability = {"meets": meets, "probability": probability, "at_least": 0.5, "sentence": "s"}
+    attainability = {
+        "meets": meets,
+        "probability": probability,
+        "at_least": 0.5,
+        "sentence": "s",
+        "lines": "every line lies within tolerance",
+        "meeting": int(meets),
+    }
     return {"attainability": attainability, "proposals": [best], "draws": 400, **more}
+
+
+def first_sentence(data: dict[str, Any]) -> str:
+    return str(answer_sentences(data)[0])
 
 
 def test_answer_is_first_with_the_interval_of_its_probability() -> None:
     """Wilson's interval of 240 of 400 at 90 %: 0.559 to 0.639 (center 0.5993, half width
     0.0402)."""
-    assert answer_sentence(answer(0.6, True)) == (
-        "The target is met with a probability of 60 % (90 % interval 56 to "
-        "64 %, from 400 draws of the twin)."
+    assert first_sentence(answer(0.6, True)) == (
+        "One proposal meets the target: the setting has a probability of 60 % that every line lies "
+        "within tolerance (90 % interval 56 % to 64 %, from 400 draws of the twin)."
     )
-    missed = answer_sentence(answer(0.2, False))
+    missed = first_sentence(answer(0.2, False))
     assert missed.startswith(
-        "The target is not met: the best setting has a probability of 20 % "
-        "(90 % interval 17 to 23 %"
+        "No setting meets the target: the best has a probability of 20 % that every line lies "
+        "within tolerance (90 % interval 17 % to 23 %"
     )
-    assert missed.endswith("and 50 % is required.")
+    assert missed.endswith("and at least 50 % is required.")
+    nearly = first_sentence(answer(0.4975, False))
+    assert "slightly less than the 50 % that are required" in nearly
 
 
 def test_draws_do_not_tell_certainty() -> None:
-    assert "a probability of less than 1 % (90 % interval 0 to 1 %" in answer_sentence(
-        answer(0.0, False)
-    )
-    assert "a probability of more than 99 % (90 % interval 99 to 100 %" in answer_sentence(
-        answer(1.0, True)
-    )
+    assert "a probability of < 1 % that every line" in first_sentence(answer(0.0, False))
+    assert "a probability of > 99 % that every line" in first_sentence(answer(1.0, True))
 
 
 def test_results_without_draws_or_settings_are_told_too() -> None:
-    assert (
-        answer_sentence(answer(0.6, True, draws=None))
-        == "The target is met with a probability of 60 %."
+    assert first_sentence(answer(0.6, True, draws=None)) == (
+        "One proposal meets the target: the setting has a probability of 60 % that every line lies "
+        "within tolerance."
     )
-    assert answer_sentence(answer(0.0, False, proposals=[])).startswith(
-        "The target is not met: this bench can fire no"
-    )
-    assert answer_sentence({"proposals": []}) == ""
+    assert first_sentence(answer(0.0, False, proposals=[])) == "No setting meets the target."
+    assert answer_sentences({"proposals": []}) == []
 
 
-def test_best_setting_that_misses_promises_nothing() -> None:
-    assert verdict_text(answer(0.2, False)) == (
-        "The best setting is 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1."
-    )
-    assert verdict_text(answer(0.6, True)).startswith("With 4 bar, 0.5 kg")
+def test_best_setting_promises_nothing() -> None:
+    for data in (answer(0.2, False), answer(0.6, True)):
+        assert [str(each) for each in best_sentences(data)] == [
+            "The best setting is 4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1."
+        ]
+
+
+def test_figures_are_those_of_the_setting_that_is_called_the_best() -> None:
+    """The first of the ranking, whose probability is rounded alike, and not the largest of all."""
+    data = answer(0.015, False)
+    first, second = data["proposals"][0], dict(data["proposals"][0])
+    data["proposals"] = [first | {"probability_met": 0.01}, second | {"probability_met": 0.015}]
+    assert "a probability of 1 % that" in first_sentence(data)
 
 
 def test_specification_lies_on_four_coordinate_paper() -> None:
@@ -108,12 +125,16 @@ def test_side_without_limit_is_said_and_reaches_the_edge() -> None:
 
 
 def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
-    arguments = TuneArguments(
-        SPECIFICATION, "3dB", ("spring", "autumn"), campaign="first-shots", share=0.95
-    )
-    form = TUNE.form(arguments)
+    asked = {
+        "target": SPECIFICATION,
+        "tolerance": "3dB",
+        "measured": ("spring", "autumn"),
+        "campaign": "first-shots",
+        "share": 0.95,
+    }
+    form = KINDS["tune"].form(read(Tuning, asked, "network"))
     assert form is not None and (form.address, form.form) == ("/tune", "tune")
-    assert form.fields["text"] == SPECIFICATION and form.fields["measured"] == "spring,autumn"
+    assert form.fields["target"] == SPECIFICATION and form.fields["measured"] == "spring,autumn"
     assert (form.fields["campaign"], form.fields["tolerance"], form.fields["share"]) == (
         "first-shots",
         "3dB",
@@ -127,6 +148,7 @@ def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:
         "dataset": "a b", "models": ["linear", "gp"], "split": ["materials"], "seed": "7",
         "budget": "full",
     }  # fmt: skip
-    form = VALIDATE.form(ValidateArguments("first-shots", "gp@9"))
+    asked = {"campaign": "first-shots", "contact": "gp@9"}
+    form = KINDS["validate"].form(read(ValidationRequest, asked, "network"))
     assert form is not None and form.address == "/validations"
     assert form.fields == {"campaign": "first-shots", "contact": "gp@9"}

@@ -15,9 +15,9 @@ from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import PlanExistsError, add_plan, extend_plan, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors
-from pyroshock.ingest.plan_link import link_campaign
-from pyroshock.ingest.reextraction import reextract
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.settings import ExtractionSettings
+from pyroshock.ingest.storing.plan_link import link_campaign
+from pyroshock.ingest.storing.reextraction import reextract
 from pyroshock.schema.campaigns import ConfigurationLevel, Plan, PlannedRun
 from pyroshock.schema.configurations import configuration_ids
 from pyroshock.schema.diagnoses import TwinVersion

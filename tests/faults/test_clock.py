@@ -11,8 +11,8 @@ from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.operations.diagnose.diagnosing import keep
 from pyroshock.app.operations.diagnose.stored import list_diagnoses
 from pyroshock.app.operations.train.comparing import versions_named
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.training.fitting.session import Progress, train
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.registry.listing import chosen, in_order, newest

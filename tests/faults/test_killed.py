@@ -3,15 +3,12 @@ or is not."""
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.schema import migrate
 from support.processes.striking import Forge, Place, strike
 from support.processes.struck_places import (
     ingest_places,
@@ -33,33 +30,16 @@ MAKINGS: dict[str, Making] = {
     "ingest": ingest_places,
     "train": train_places,
     "promote": promote_places,
+    "db upgrade": migrate_places,
 }
 
 
-def killed_upgrade(
-    forge: Forge, databases: Databases, folder: Path, revision: str, kills: int
-) -> None:
-    killed(
-        forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision)
-    )
-
-
-def killed(
-    forge: Forge,
-    operation: str,
-    databases: Databases,
-    folder: Path,
-    kills: int,
-    making: Making | None = None,
-) -> None:
+def killed(forge: Forge, operation: str, databases: Databases, folder: Path, kills: int) -> None:
     """Kill and look; the tally is told whatever comes of it."""
-    make = (making or MAKINGS[operation])(databases, folder)
+    make = MAKINGS[operation](databases, folder)
     rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
     tally = strike(forge, operation, databases.engine, make, kills, rng)
     assert tally.lost == [] and tally.struck >= kills
-
-
-OLD = migrate.known_revisions()[:-1]
 
 
 @pytest.mark.parametrize("operation", MAKINGS)
@@ -69,17 +49,8 @@ def test_nothing_is_lost_in_many_kills(forge, operation, databases, tmp_path):
     killed(forge, operation, databases, tmp_path, round(KILLS * SHARES[operation] / 2))
 
 
-@pytest.mark.parametrize("revision", OLD)
-@pytest.mark.slow
-@pytest.mark.timeout(7200)
-def test_nothing_is_lost_in_many_upgrades(forge, revision, databases, tmp_path):
-    killed_upgrade(
-        forge, databases, tmp_path, revision, math.ceil(KILLS * SHARES["db upgrade"] / 2 / len(OLD))
-    )
-
-
 def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
-    killed_upgrade(forge_without_models, Files(tmp_path), tmp_path, OLD[0], 3)
+    killed(forge_without_models, "db upgrade", Files(tmp_path), tmp_path, 3)
 
 
 #: Those that take seconds; the slow tests kill all. Of an archive,

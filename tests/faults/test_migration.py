@@ -7,7 +7,9 @@ left alone.
 
 from __future__ import annotations
 
-import os
+import subprocess
+import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -16,11 +18,10 @@ from pyroshock.app.doors.command_line.main import COMMANDS
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import MetaData, Table, event, update
-from support.processes.struck_places import dump, old_store
+from support.stores import later_revision
 from support.stores.many_databases import Databases, Files
-from support.stores.stores import content, opened, pyroshock, start_cli
-
-OLD = migrate.known_revisions()[:-1]
+from support.stores.stored_databases import dump, stored_database
+from support.stores.stores import opened, pyroshock
 
 
 class _Stopped(Exception):
@@ -47,66 +48,47 @@ def stopped_at(url: str, number: int) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("revision", OLD)
 def test_upgrade_stopped_before_any_statement_changes_nothing(
-    databases: Databases, tmp_path, revision
+    databases: Databases, tmp_path, later
 ):
     """Between any two of its statements: SQLite's copies of tables are within the transaction as
     all else is."""
-    url = old_store(databases, tmp_path, revision)
+    url = stored_database(databases, tmp_path)
+    later()
     before, number = dump(url), 1
     while stopped_at(url, number):
         assert dump(url) == before, f"stopped at statement {number}"
         number += 1
     assert number > 3
     engine = make_engine(url)
-    assert migrate.current_revision(engine) == migrate.HEAD and migrate.differences(engine) == []
+    assert migrate.current_revision(engine) == later_revision.REVISION
+    assert migrate.differences(engine) == []
     engine.dispose()
 
 
-FUTURE = """
-from alembic import op
-from sqlalchemy import column, delete, table
-
-revision, down_revision, branch_labels, depends_on = "9000", {head!r}, None, None
-
-
-def upgrade():
+RENAME = """
     with op.batch_alter_table("materials", recreate="always") as batch:
         batch.alter_column("name", new_column_name="called")
-    {end}
 """
 
 
 @pytest.fixture
-def future(tmp_path, monkeypatch):
-    """Gives this software a migration more, which makes anew a table that others refer to, and then
-    does `end`."""
-    here, config = Path(migrate.__file__).parent / "migrations" / "versions", migrate.config
+def later(tmp_path):
+    """Called, it lets this process be the software with one revision more."""
+    with ExitStack() as installed:
 
-    def add(end: str) -> None:
-        (tmp_path / "future").mkdir()
-        (tmp_path / "future" / "9000_future.py").write_text(
-            FUTURE.format(head=migrate.HEAD, end=end), encoding="utf-8"
-        )
+        def become(change: str = later_revision.CHANGE_MATERIALS) -> None:
+            folder = later_revision.write_revision(tmp_path / "later", change)
+            installed.callback(later_revision.install(folder))
 
-        def extended(*given, **extra):
-            settings = config(*given, **extra)
-            settings.set_main_option(
-                "version_locations", os.pathsep.join([str(here), str(tmp_path / "future")])
-            )
-            return settings
-
-        monkeypatch.setattr(migrate, "config", extended)
-
-    return add
+        yield become
 
 
-def test_migration_that_makes_a_table_anew_keeps_its_rows(tmp_path, future):
+def test_migration_that_makes_a_table_anew_keeps_its_rows(tmp_path, later):
     """SQLite cannot alter a table's rules: Alembic makes a new one, moves the rows, drops the old
     one."""
-    url = old_store(Files(tmp_path), tmp_path, OLD[-1])
-    future("pass")
+    url = stored_database(Files(tmp_path), tmp_path)
+    later(RENAME)
     before, engine = dump(url), make_engine(url)
     migrate.upgrade(engine)
     assert dump(url)["materials"] == before["materials"]
@@ -121,12 +103,12 @@ def test_migration_that_makes_a_table_anew_keeps_its_rows(tmp_path, future):
     ("end", "said"),
     [
         ("raise RuntimeError('stopped')", "stopped"),
-        ("op.execute(delete(table('campaigns')))", "a reference to no row"),
+        ("op.execute(sa.text('DELETE FROM campaigns'))", "a reference to no row"),
     ],
 )
-def test_migration_that_ends_badly_is_undone(tmp_path, future, end, said):
-    url = old_store(Files(tmp_path), tmp_path, OLD[-1])
-    future(end)
+def test_migration_that_ends_badly_is_undone(tmp_path, later, end, said):
+    url = stored_database(Files(tmp_path), tmp_path)
+    later(f"{RENAME}    {end}")
     before, engine = dump(url), make_engine(url)
     with pytest.raises(RuntimeError, match=said):
         migrate.upgrade(engine)
@@ -136,13 +118,20 @@ def test_migration_that_ends_badly_is_undone(tmp_path, future, end, said):
 
 @pytest.mark.slow
 def test_two_upgrades_at_once_are_one(databases: Databases, tmp_path):
-    url = old_store(databases, tmp_path, OLD[0])
-    alone = databases.copy(url)
-    assert pyroshock("db", "upgrade", "--db", alone).exit_code == 0
-    both = [start_cli("db", "upgrade", "--db", url) for _ in range(2)]
-    ends = [process.communicate(timeout=100) for process in both]
-    assert [process.returncode for process in both] == [0, 0], ends
-    assert content(url) == content(alone)
+    url = stored_database(databases, tmp_path)
+    by_one, folder = databases.copy(url), later_revision.write_revision(tmp_path / "later")
+
+    def upgrade(store: str) -> subprocess.Popen[str]:
+        program = [sys.executable, later_revision.__file__, str(folder)]
+        command = [*program, "db", "upgrade", "--db", store]
+        return subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        )
+
+    processes = [upgrade(store) for store in (url, url, by_one)]
+    ends = [process.communicate(timeout=100) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0, 0], ends
+    assert dump(url) == dump(by_one) and "first second" in str(dump(url)["materials"])
 
 
 #: Every command that opens a store, with what else it needs.

@@ -7,8 +7,8 @@ import json
 from collections.abc import Iterator
 
 import pytest
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.settings import ExtractionSettings
 from sqlalchemy import event
 from support.missing import skip_for_want_of
 from support.processes.web_client import window

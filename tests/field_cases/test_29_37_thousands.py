@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.ingest.errors import IngestError
+from pyroshock.ingest.folder.runs_table import read_runs
 from pyroshock.ingest.readers import RecordingError, open_recording
-from pyroshock.ingest.runs import read_runs
 
 CAMPAIGN = Path(__file__).parent / "inputs" / "37-runs-thousands" / "campaign"
 SAMPLES = 600

@@ -6,11 +6,13 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
-from pyroshock.ingest.common_grid import GridError, contacts_on, delayed, on_one_grid
+from pyroshock.ingest.extraction.channels import total_force
+from pyroshock.ingest.extraction.common_grid import GridError, delayed, on_one_grid
+from pyroshock.ingest.extraction.record_checks import check_recording, contacts_on
+from pyroshock.ingest.extraction.recording import extract_recording, hits_of
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.processing import check_recording, hits_of, process_recording, total_force
 from pyroshock.ingest.readers import RecordingError
-from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import QualityFinding
 from pyroshock.schema.session import Writer, open_store
@@ -283,7 +285,7 @@ def test_impact_velocity_is_that_of_the_contact(tmp_path, late):
         "force": Sensor("force", "force", "N"),
         "head": Sensor("head", "acceleration", "m/s2", position="impactor"),
     }
-    processed = process_recording(tmp_path, "hit.h5", sensors, ExtractionSettings(), expected=1)
+    processed = extract_recording(tmp_path, "hit.h5", sensors, ExtractionSettings(), expected=1)
     assert not [f for f in processed.findings if f.check in ("delay", "no-impact-velocity")]
     assert processed.speeds[0].velocity_m_s == pytest.approx(2.0 * 1000 * 1e-3 / np.pi, rel=0.01)
 
@@ -297,6 +299,6 @@ def test_impactor_recorded_after_the_contact_gives_no_velocity(tmp_path):
         "force": Sensor("force", "force", "N"),
         "head": Sensor("head", "acceleration", "m/s2", position="impactor"),
     }
-    processed = process_recording(tmp_path, "hit.h5", sensors, ExtractionSettings(), expected=1)
+    processed = extract_recording(tmp_path, "hit.h5", sensors, ExtractionSettings(), expected=1)
     assert processed.speeds == (None,)
     assert any("in which not all contacts are" in f.message for f in processed.findings)

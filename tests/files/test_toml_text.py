@@ -18,7 +18,7 @@ from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.space import read_space
 from pyroshock.files.toml_text import DEEPEST, LARGEST_BYTES, MOST_KEYS, read_toml_text, toml_table
 from pyroshock.ingest.errors import IngestError
-from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from support.processes.web_client import ended, post_json, token, window
 from support.stores.stores import pyroshock
 

@@ -29,9 +29,9 @@ from pyroshock.app.web.uploads import UploadError, unpacked
 from pyroshock.dataset.predictors import predictors_named
 from pyroshock.doe.designs.imported import read_table
 from pyroshock.doe.space import read_space, space_from_text
-from pyroshock.ingest import modes
-from pyroshock.ingest.folder import read_campaign_file
-from pyroshock.ingest.runs import read_runs
+from pyroshock.ingest.folder import modal_table as modes
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
+from pyroshock.ingest.folder.runs_table import read_runs
 from pyroshock.twin.plate.table import read_modal_table
 
 #: Faults that a refusal tells, and a line that says how many more there are.
@@ -85,16 +85,18 @@ def _table(
 
 TABLES = (
     _table("campaign.toml", _campaign_is_whole, (seeds.HAMMER, seeds.PLATE, seeds.GUN),
-           "ingest/folder.py ingest/errors.py signals/units.py", toml.damaged),
+           "ingest/folder/campaign_file.py ingest/errors.py signals/units.py", toml.damaged),
     _table("runs.csv", _runs_are_whole,
            (seeds.HAMMER_RUNS.format("a.npz"), seeds.GUN_RUNS.format("a.npz"),
            seeds.HAMMER_RUNS.format("")),
-           "ingest/runs.py ingest/tables.py files/delimited_text.py schema/known_factors.py"),
+           "ingest/folder/runs_table.py ingest/folder/tables.py files/delimited_text.py "
+           "schema/known_factors.py"),
     _table("plate_modes.csv",
            lambda path: modes.read_modal_table(path.parent, path.name, ("acceleration_1",
            )).fingerprint,
            (seeds.MODES,),
-           "ingest/modes.py ingest/tables.py signals/modal_table.py files/delimited_text.py"),
+           "ingest/folder/modal_table.py ingest/folder/tables.py signals/modal_table.py "
+           "files/delimited_text.py"),
     _table("modes.csv", lambda path: read_modal_table(path) is not None, (seeds.MODES,),
            "twin/plate/table.py signals/modal_table.py files/delimited_text.py"),
     _table("bench.toml", lambda path: bench_of_file(path, shipped_bench()) is not None,
@@ -238,8 +240,10 @@ WHOLE = (
            lambda: (*seeds.hammer_folders(*_PLAIN, "hdf5", "mat73"), seeds.gun_folder()),
            folders.damaged_by(FORMATS),
            (Refused,), "pyroshock: ",
-           (*(f"ingest/{name}.py" for name in ("load", "processing", "store", "rows",
-           "excluded_recordings", "runs")),
+           (*(f"ingest/{name}.py" for name in ("load", "folder/campaign_tables",
+           "folder/runs_table", "extraction/channels", "extraction/recording",
+           "storing/campaign_writer", "storing/bench_rows", "storing/row_values",
+           "storing/excluded_recordings")),
             "parallel/read_ahead.py"), weight=0.6),
     Target("srs of a file", srs,
            lambda: [bytes([n]) + content for n, content in enumerate(seeds.recordings(*_PLAIN))],

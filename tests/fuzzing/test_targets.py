@@ -2,7 +2,7 @@
 each.
 
 At its end what the long run has found, each mended since. What is easily described stands beside
-what it is about: tests/ingest/readers/test_bombs.py, tests/ingest/test_setting_aside.py,
+what it is about: tests/ingest/readers/test_bombs.py, tests/ingest/storing/test_setting_aside.py,
 tests/parallel/test_mapping.py, tests/app/web/test_guard.py, tests/app/test_measured_shots.py.
 """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
-from pyroshock.ingest.recording_files import RecordingFiles
+from pyroshock.ingest.readers.recording_files import RecordingFiles
 
 NOON = np.datetime64("2026-03-02T12:00:00.000000", "us")
 

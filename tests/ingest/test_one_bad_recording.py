@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.app.operations.ingest.campaign_overview import campaign_overview
-from pyroshock.ingest import load, processing
+from pyroshock.ingest.extraction import recording
 from pyroshock.ingest.load import ingest_folder
 from support.records.campaigns import (
     FS_HZ,
@@ -53,14 +53,14 @@ def test_a_sample_that_is_no_number_beside_a_contact_sets_that_recording_aside(
 
 
 def test_any_failure_of_one_recording_sets_that_one_aside(store, tmp_path, monkeypatch):
-    really = processing.process_recording
+    really = recording.extract_recording
 
     def fails(folder, path, *arguments, **options):
         if path == recording_name(2):
             raise ZeroDivisionError("float division by zero")
         return really(folder, path, *arguments, **options)
 
-    monkeypatch.setattr(load, "process_recording", fails)
+    monkeypatch.setattr(recording, "extract_recording", fails)
     report = ingest_folder(store, hammer_campaign(tmp_path / "c", recordings=3), jobs=1)
     assert (report.recordings, report.impacts) == (2, 4)
     (aside,) = report.set_aside
@@ -72,7 +72,7 @@ def test_a_full_disk_is_no_fault_of_a_recording(store, tmp_path, monkeypatch):
     def fails(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(load, "process_recording", fails)
+    monkeypatch.setattr(recording, "extract_recording", fails)
     with pytest.raises(OSError, match="No space left"):
         ingest_folder(store, hammer_campaign(tmp_path / "c", recordings=1), jobs=1)
 

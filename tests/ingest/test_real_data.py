@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.ingest.extraction.pulses import extract_pulses
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.readers import open_recording
-from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.impacts import ChannelFigures, Impact, Pulse
 from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.signals.shock_figures import shock_figures

@@ -19,6 +19,7 @@ from pyroshock.app.doors.command_line.common import SECRET_OPTIONS, command_line
 from pyroshock.app.doors.command_line.main import COMMANDS, main
 from pyroshock.app.server import command as cli
 from pyroshock.app.web.settings import Settings, SettingsError
+from pyroshock.schema import migrate
 from pyroshock.schema.addresses import (
     AddressError,
     address_for_display,
@@ -258,11 +259,17 @@ def test_no_training_keeps_it(
     assert SECRET not in texts_of(secret_db)
 
 
-def test_an_older_and_a_newer_store_are_told_without_it(run: Any, secret_db: str) -> None:
+def test_an_older_and_a_newer_store_are_told_without_it(
+    run: Any, secret_db: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run("init", "--db", secret_db)
+    with monkeypatch.context() as patch:
+        patch.setattr(migrate, "HEAD", "9998")
+        said = run("campaigns", "--db", secret_db)
+    assert said.exit_code == 2 and "pyroshock db upgrade --db postgresql" in said.stderr
     engine = make_engine(secret_db)
     for revision, step in (
-        ("0003", "pyroshock db upgrade --db postgresql"),
+        ("0003", "older than 0013"),
         ("9999", "update pyroshock"),
     ):
         with engine.begin() as connection:

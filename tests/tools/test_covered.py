@@ -14,7 +14,7 @@ import pytest
 from tools.covered import ROOT, Covered, below, by_file, by_room, floor_text, page_text
 
 FILES = [
-    Covered("ingest/folder.py", 100, 90, 40, 38),
+    Covered("ingest/folder/campaign_file.py", 100, 90, 40, 38),
     Covered("ingest/readers/csv.py", 50, 50, 10, 10),
     Covered("twin/ode.py", 20, 5, 0, 0),
     Covered("__init__.py", 1, 1, 0, 0),

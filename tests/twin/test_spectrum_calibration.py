@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import ForcePulses, ImpactBatch
+from pyroshock.twin.discrepancy.kernels import Coordinates
+from pyroshock.twin.discrepancy.shot_correction import Discrepancy
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plate.stage import PlateStage
 from pyroshock.twin.setting import THESIS
 from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, stretched
 from pyroshock.twin.srs.ringing_window import ringing_spectra
-from pyroshock.twin.tune.kernels import Coordinates
-from pyroshock.twin.tune.shot_correction import Discrepancy
 from support.records.twin_parts import HalfSine, ringing_plate, setting
 
 LINES = 100 * 2.0 ** (np.arange(12) / 2)

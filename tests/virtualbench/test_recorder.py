@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.folder.campaign_file import read_campaign_file
+from pyroshock.ingest.folder.tables import read_table
 from pyroshock.ingest.readers import open_recording
-from pyroshock.ingest.tables import read_table
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.recorder import (
     CampaignCard,

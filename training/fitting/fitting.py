@@ -17,12 +17,12 @@ from typing import Any
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
 from ...parallel.executor import HERE, ExecutorConfig
-from ..evaluation.metrics import OF_MEAN, PulseErrors, mean_pulse_errors, pulse_errors
+from ..evaluation.metrics import OF_MEAN, mean_pulse_errors, pulse_errors
 from ..evaluation.summary import Estimate, summary
-from ..models.base import ContactPrediction
 from ..models.catalogue import MODEL_SPECS, Budget, BuildOptions, entry_of
 from ..models.serialization import pack, plugin_of, unpack
 from ..models.training_task import TrainingTask, rng_of
+from ..plots.registered import training_figures
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
 
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
@@ -131,7 +131,7 @@ def fit_task(
         held_out=HeldOutPredictions(held_out.key, prediction, training.key),
         metrics=summary(errors, held_out.configuration, rng) | _of_mean(training, held_out, task),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
-        figures=_figures(task.model, held_out, prediction, errors),
+        figures=training_figures(task.model, held_out, prediction, errors),
         fit_report=model.fit_report(),
     )
 
@@ -160,18 +160,3 @@ def try_fit(
 def journal_of(task: TrainingTask, context: TrainingContext) -> Path:
     """Where a search of this task keeps what it has done; gone once the model is registered."""
     return context.work / f"{task.key}.journal"
-
-
-def _figures(
-    model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors
-) -> dict[str, bytes]:
-    from ..evaluation.plot_style import png
-    from ..evaluation.plots import by_test, heat_map, pulse_grid
-
-    named = {model: errors}
-    return {
-        "pulses.png": png(pulse_grid(held_out, prediction)),
-        "nrmse_by_test.png": png(heat_map(held_out, named)),
-        "cost_by_test.png": png(by_test(held_out, named, "cost")),
-        "impulse_error_by_test.png": png(by_test(held_out, named, "impulse_error")),
-    }

@@ -16,11 +16,11 @@ from typing import Any, Literal
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.shot_correction import ShotCorrection
 from ..setting import Setting
 from .goal import Goal
 from .probability import Proposal, probability_met, proposals
 from .search import Candidate, Searcher, SearchResult, best_of_mounts
-from .shot_correction import ShotCorrection
 from .space import ContinuousRange, TuningSpace, setting_text
 
 #: From this probability on a setting meets the goal: more likely than not.
@@ -41,7 +41,8 @@ class Obstacle:
     `probability_without`: of the best setting, were the obstacle not there. `frequency_hz` is the
     line that decides, `margin_db` its distance from the nearer edge of the tolerance, negative
     outside. `limits` are those of the bench, or of the model's domain, with value and range; empty
-    where neither is the obstacle.
+    where neither is the obstacle. `shot_scatter_db` is the standard deviation from shot to shot at
+    a line, where that is the obstacle.
     """
 
     kind: Kind
@@ -50,11 +51,12 @@ class Obstacle:
     frequency_hz: float
     margin_db: float
     limits: tuple[str, ...] = ()
+    shot_scatter_db: float | None = None
 
 
 @dataclass(frozen=True)
 class Attainability:
-    """The best proposal's probability of meeting the goal, how many of the proposals reach
+    """The first proposal's probability of meeting the goal, how many of the proposals reach
     `at_least`, and why none.
 
     `lines` says in words what a spectrum must have within tolerance. Without an obstacle a setting
@@ -68,21 +70,9 @@ class Attainability:
     lines: str
     obstacle: Obstacle | None
 
-    @property
-    def sentence(self) -> str:
-        """For a person: whether, how likely, and what stands in the way."""
-        likely = f"has a probability of {_percent(self.probability)} that {self.lines}"
-        if self.obstacle is None:
-            several = self.meeting > 1
-            count = f"{self.meeting} proposals meet" if several else "One proposal meets"
-            return f"{count} the target: the {'best' if several else 'setting'} {likely}."
-        required = f", and at least {_percent(self.at_least)} is required"
-        best = f": the best {likely}{required}" if self.proposals else ""
-        return f"No setting meets the target{best}. {self.obstacle.sentence}"
-
     def as_json(self) -> dict[str, Any]:
-        """Plain data, with the sentence."""
-        return {"meets": self.obstacle is None, "sentence": self.sentence, **asdict(self)}
+        """Plain data."""
+        return {"meets": self.obstacle is None, **asdict(self)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +99,18 @@ class Evidence:
 
 
 def attainability(evidence: Evidence, rng: np.random.Generator) -> Attainability:
-    """The answer. Settings beyond the bench go to the model only where no allowed one meets the
-    goal."""
+    """The answer, about the first of the proposals. Settings beyond the bench go to the model only
+    where no allowed one meets the goal."""
     reached = [p.probability_met for p in evidence.kept]
-    best, meeting = max(reached, default=0.0), sum(p >= evidence.at_least for p in reached)
+    meeting = sum(p >= evidence.at_least for p in reached)
     obstacle = None if meeting else _obstacle(evidence, rng)
     return Attainability(
-        best, evidence.at_least, meeting, len(reached), _lines(evidence.goal), obstacle
+        reached[0] if reached else 0.0,
+        evidence.at_least,
+        meeting,
+        len(reached),
+        _lines(evidence.goal),
+        obstacle,
     )
 
 
@@ -273,16 +268,21 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
     half_db = (best.upper_db - best.lower_db) / 2
     line = int(np.argmax(half_db - margin))
     shots = f"{evidence.shots} measured shots were" if evidence.shots else "no measured shot was"
+    frequency, decisive_db = _decisive(best.level_db, evidence.goal)
+    expected = (
+        "within tolerance"
+        if decisive_db >= 0
+        else f"{-decisive_db:.1f} dB outside of tolerance at {frequency:.0f} Hz"
+    )
+    edge = f"{abs(margin[line]):.1f} dB {'away' if margin[line] >= 0 else 'exceeded'}"
     sentence = (
-        f"Too few measured shots stand in the way: {setting_text(best.setting)} is expected within "
-        f"tolerance, but its 90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches "
-        f"±{half_db[line]:.1f} dB, the edge is {margin[line]:.1f} dB away, and {shots} learned "
+        f"Too few measured shots stand in the way: {setting_text(best.setting)} is expected "
+        f"{expected}, its 90 % band at {evidence.goal.frequency_hz[line]:.0f} Hz reaches "
+        f"±{half_db[line]:.1f} dB, the edge there is {edge}, and {shots} learned "
         "from. With nothing but the scatter from shot to shot the probability would be "
         f"{_percent(without[place])}: measure this setting and name its campaign (--measured)."
     )
-    return Obstacle(
-        "measured shots", sentence, without[place], *_decisive(best.level_db, evidence.goal)
-    )
+    return Obstacle("measured shots", sentence, without[place], frequency, decisive_db)
 
 
 # --- the goal ---
@@ -299,7 +299,7 @@ def _tolerance(scatter: Obstacle, evidence: Evidence) -> Obstacle:
         f"{_percent(scatter.probability_without)}: widen the tolerance, or require fewer of the "
         "lines (--share)."
     )
-    return replace(scatter, kind="tolerance", sentence=sentence)
+    return replace(scatter, kind="tolerance", sentence=sentence, shot_scatter_db=deviation)
 
 
 def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
@@ -396,4 +396,7 @@ def _reached(proposal: Proposal, goal: Goal) -> str:
 
 
 def _percent(probability: float) -> str:
-    return "less than 1 %" if probability < 0.01 else f"{100 * probability:.0f} %"
+    """Draws do not tell certainty: none of some hundred is not never."""
+    if probability < 0.005:
+        return "< 1 %"
+    return "> 99 %" if probability >= 0.995 else f"{100 * probability:.0f} %"

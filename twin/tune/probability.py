@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.shot_correction import ShotCorrection
 from ..setting import Setting
 from .goal import Goal
 from .search import Candidate
-from .shot_correction import ShotCorrection
 
 #: A share that shows how much of the spectrum is met where not every line is.
 NEARLY_ALL = 0.95

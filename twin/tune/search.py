@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.shot_correction import ShotCorrection
 from ..setting import Setting
 from .goal import Forward, Goal, Progress, Refusals, level_db
-from .shot_correction import ShotCorrection
 from .space import Mount, TuningSpace, mount_of
 
 #: Settings that go to the forward model at a time.

@@ -15,13 +15,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...array_types import Floats
+from ..discrepancy.likelihood import ENOUGH_SHOTS, fitted
+from ..discrepancy.shot_correction import Discrepancy, ShotCorrection
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
 from .goal import Forward, Goal, Outside, Progress, Refusals, level_db, nothing_refused
-from .likelihood import ENOUGH_SHOTS, fitted
 from .probability import DRAWS, Proposal, proposals
 from .search import Candidate, Effort, Searcher, search
-from .shot_correction import Discrepancy, ShotCorrection
 from .space import TuningSpace
 
 #: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.
@@ -214,6 +214,8 @@ def tune(
         best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws
     )
     kept = [p for p in ranked if extrapolate or not p.outside] or ranked
+    # ranks are of rounded probabilities: what meets the goal goes before what nearly does
+    kept = sorted(kept, key=lambda proposal: proposal.probability_met < at_least)
     stay = {id(proposal) for proposal in kept}
     apart = [p for p in ranked if id(p) not in stay]
     normals = rng.standard_normal((draws, goal.frequency_hz.size))

@@ -94,7 +94,7 @@ class ComparedValues:
 
 
 #: The share of intervals that miss.
-_ERROR = 0.05
+ERROR = 0.05
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Coverage:
         """
         from scipy.special import betaincinv
 
-        hits, tail = self.share * self.effective, _ERROR / (2 * comparisons)
+        hits, tail = self.share * self.effective, ERROR / (2 * comparisons)
         misses = self.effective - hits
         low = float(betaincinv(hits, misses + 1, tail)) if hits > 0 else 0.0
         return low, float(betaincinv(hits + 1, misses, 1 - tail)) if misses > 1e-9 else 1.0

@@ -9,8 +9,8 @@ import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from ....ingest.reextraction import preview_impacts, reextract_recording
-from ....ingest.settings import ExtractionSettings
+from ....ingest.extraction.settings import ExtractionSettings
+from ....ingest.storing.reextraction import preview_impacts, reextract_recording
 from ....schema.listings import list_impacts_page, list_shots_page
 from ....signals.record_rest import without_rest
 from ....signals.srs.spectrum import shock_response_spectrum

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 from starlette.requests import Request
 
-from ....ingest.settings import ExtractionSettings
+from ....ingest.extraction.settings import ExtractionSettings
 from ....schema.removal.part import recording_part
 from ...common.number_format import finite
 from ...operations.ingest.campaign_overview import campaign_overview, list_campaigns_page

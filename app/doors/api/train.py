@@ -6,7 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from ....ingest.settings import ExtractionSettings
+from ....ingest.extraction.settings import ExtractionSettings
 from ....schema.listings import get_campaign_id
 from ....schema.session import Store
 from ....training.registry.listing import chosen

@@ -118,13 +118,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Predict velocity, force, acceleration and spectrum of a shot.",
         ),
         "validate": (
-            ".app.doors.commands.validate",
-            "validate",
+            ".app.operations.validate.validating",
+            "VALIDATE",
             "Show how far the predictions for a campaign can be trusted.",
         ),
         "tune": (
-            ".app.doors.commands.tune",
-            "tune",
+            ".app.operations.tune.tuning",
+            "TUNE",
             "Search the settings that give a prescribed spectrum.",
         ),
     },

@@ -79,7 +79,7 @@ def command_of(
         function = deletion_options(function)
     if operation.workers:
         function = worker_options(operation.workers)(function)
-    if operation.outputs:
+    if any(".csv" in output.endings for output in operation.outputs):
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
@@ -216,7 +216,7 @@ def _with_default(field: FieldInfo) -> str:
 
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
-    ending = "|".join(output.endings)
+    ending = "|FILE".join(output.endings)
     required = " [required]" if output.required else ""
     path = click.Path(path_type=Path, dir_okay=False)
 
@@ -252,11 +252,15 @@ def _perform(
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
         asked = read(request, values, "command")
+        for output, path in files.items():
+            if output.check is not None:
+                output.check(path)
     progress = progress_bar(operation.title(asked), operation.steps)
     with _opened(operation, db) as store:
         laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
         if operation.check is not None:
-            operation.check(asked, laboratory)
+            with _faults_as_options(request):
+                operation.check(asked, laboratory)
         if operation.deletes is not None:
             lost = operation.deletes(asked, laboratory)
             if dry_run:
@@ -295,6 +299,9 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
     for line in result.notes():
         note(line)
     for output, path in files.items():
+        if missing := output.missing(result):
+            note(f"not written: {path}: {missing}")
+            continue
         output.write(result, path)
         note(f"written: {path}")
     sentences = [sentence.text for sentence in result.sentences()]

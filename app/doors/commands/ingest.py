@@ -31,8 +31,8 @@ from ..command_line.completion import campaign_names, plan_names
 from ..command_line.next_step import suggest_next
 
 if TYPE_CHECKING:
-    from ....ingest.calibration_points import CalibrationPoints
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.extraction.settings import ExtractionSettings
+    from ....ingest.folder.calibration_points import CalibrationPoints
     from ....parallel.executor import ExecutorConfig
     from ....signals.calibration import Calibration
 
@@ -89,7 +89,7 @@ def settings_options(function: Function) -> Function:
 
 def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     """Settings from the options; `ValueError` names the one that is out of bounds."""
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.extraction.settings import ExtractionSettings
 
     chosen = {key: value for key, value in given.items() if value is not None}
     if "separation_s" in chosen:
@@ -233,7 +233,7 @@ def _tell_links(links: Any) -> None:
 
 
 def _tell(report: Any, dry_run: bool) -> None:
-    from ....ingest.report import DISCARDED
+    from ....ingest.storing.report import DISCARDED
 
     added, totals = report.added_words, report.total_words
     if dry_run:
@@ -285,7 +285,7 @@ def extract(
     """
     progress = progress_bar(f"Extracting the pulses of {campaign}", "recordings")
     with open_command_store(db) as store:
-        from ....ingest.reextraction import reextract
+        from ....ingest.storing.reextraction import reextract
 
         settings = settings_from(given)
         with progress as step:
@@ -365,7 +365,7 @@ def calibrate(
         pyroshock calibrate examples/transducer-calibration/points.csv --unit bar --common-u 5mbar
     """
     with errors_as_one_line():
-        from ....ingest.calibration_points import read_points
+        from ....ingest.folder.calibration_points import read_points
         from ....signals.channel import Sensor
         from ....signals.units import to_si
 

@@ -255,7 +255,7 @@ def replace(
     assert folder is not None
     path = None if file is None else file.resolve().relative_to(folder.resolve()).as_posix()
     with open_command_store(db) as store:
-        from ....ingest.replacing import prepared_replacement
+        from ....ingest.storing.replacement import prepared_replacement
         from ....schema.rehearsal import run_rehearsal
         from ...operations.ingest.removal import replace_recording
         from .campaigns import tell_deletion
@@ -277,7 +277,7 @@ def replace(
     verb = "would be stored" if dry_run else "stored"
     note(
         f"  {verb} in its place: {replacement.new.path}, "
-        f"{len(replacement.hits)} hits, file {stone['replaced_by'][:12]}"
+        f"{len(replacement.new.hits)} hits, file {stone['replaced_by'][:12]}"
     )
     for name, pulses in stone["returned"].items():
         note(f"  dataset {name} has {pulses} pulses again")

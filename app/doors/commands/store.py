@@ -158,7 +158,7 @@ def check(
 
 
 def _repair(store: object, folder: Path) -> None:
-    from ....ingest.repair import repair_series
+    from ....ingest.storing.series_repair import repair_series
 
     report = repair_series(store, folder)  # type: ignore[arg-type]
     for finding in report.mended:
@@ -292,8 +292,8 @@ def upgrade(db: str) -> None:
 
         from ....schema import migrate
         from ....schema.access.permissions import refusal
+        from ....schema.addresses import address_for_display
         from ....schema.engine import describe, make_engine_of_existing, no_store
-        from ....schema.session import version_error
 
         engine = make_engine_of_existing(db)
         try:
@@ -301,18 +301,12 @@ def upgrade(db: str) -> None:
             if before is None:
                 raise no_store(engine, db)
             if before not in migrate.known_revisions():
-                raise version_error(engine, db, before)
+                raise migrate.version_error(describe(engine), address_for_display(db), before)
             try:
                 migrate.upgrade(engine)
             except DBAPIError as error:
                 raise refusal(engine, error) from error
             note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
-            if before < migrate.FIRST_WITH_ROW_HASHES:
-                note(
-                    "each row that was there has the hash of what it holds now. Whether one was "
-                    "altered before, only figures, series and fingerprints tell, which had hashes "
-                    "of their own: pyroshock db check"
-                )
             note_missing_roles(engine)
         finally:
             engine.dispose()

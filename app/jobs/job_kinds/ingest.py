@@ -20,8 +20,8 @@ from urllib.parse import quote, urlencode
 from ..kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
 
 if TYPE_CHECKING:
-    from ....ingest.plan_link import PlanLinks
-    from ....ingest.report import IngestReport
+    from ....ingest.storing.plan_link import PlanLinks
+    from ....ingest.storing.report import IngestReport
 
 
 _UPLOAD, _CHECKED = "pyroshock-upload-", "pyroshock-checked-"
@@ -95,9 +95,9 @@ class IngestArguments:
 
 
 def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
+    from ....ingest.extraction.settings import ExtractionSettings
     from ....ingest.load import ingest_folder
-    from ....ingest.plan_link import link_to_plan
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.storing.plan_link import link_to_plan
     from ...operations.ingest.service import training_notes
 
     folder = _readable(work, arguments)
@@ -158,7 +158,7 @@ INGEST = Kind("ingest", IngestArguments, _ingest_do, _after, _ingest_form)
 
 
 def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.extraction.settings import ExtractionSettings
     from ...operations.ingest.dry_run import dry_run
     from ...operations.ingest.service import IngestOptions
 
@@ -185,8 +185,8 @@ class ExtractArguments:
 
 
 def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
-    from ....ingest.reextraction import reextract
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.extraction.settings import ExtractionSettings
+    from ....ingest.storing.reextraction import reextract
 
     report = reextract(
         work.store, arguments.campaign, ExtractionSettings(**arguments.settings), work.step

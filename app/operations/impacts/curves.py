@@ -16,11 +16,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from ....array_types import Floats
-from ....ingest.processing import total_force
-from ....ingest.pulses import ExtractedPulse
-from ....ingest.segmentation import RestLevel, delimit, orientation, record_rest
-from ....ingest.settings import ExtractionSettings
-from ....ingest.stored import list_channels, read_channel
+from ....ingest.extraction.channels import total_force
+from ....ingest.extraction.pulses import ExtractedPulse
+from ....ingest.extraction.segmentation import RestLevel, delimit, orientation, record_rest
+from ....ingest.extraction.settings import ExtractionSettings
+from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.impacts import Pulse as PulseRow
 from ....schema.series import as_floats
 from ....signals.channel import Channel

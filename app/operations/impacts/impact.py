@@ -12,9 +12,9 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from ....array_types import Floats
-from ....ingest.channel_figures import parts_between
-from ....ingest.processing import VALVE_OPENING
-from ....ingest.stored import list_channels, read_channel
+from ....ingest.extraction.channel_figures import parts_between
+from ....ingest.extraction.recording import VALVE_OPENING
+from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.column_kinds import NUMBER, kind_of
 from ....schema.conditions import CHANNEL_COLUMNS
 from ....schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind

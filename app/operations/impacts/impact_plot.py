@@ -11,7 +11,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ....ingest.stored import list_channels, read_channel
+from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.impacts import Pulse
 from ....schema.recordings import RecordedChannel
 from ....schema.series import as_floats

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ....array_types import Floats
-from ....ingest.channel_figures import parts_between
+from ....ingest.extraction.channel_figures import parts_between
 from ....signals.record_hits import hits_of
 from ....signals.record_rest import AS_RECORDED, BEFORE_SHOCK, RestChoice
 

@@ -16,7 +16,7 @@ import numpy as np
 from sqlalchemy import select
 
 from ....array_types import Floats
-from ....ingest.stored import list_channels, read_channel
+from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ....schema.conditions import (
     CHANNEL_COLUMNS,

@@ -18,7 +18,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ....array_types import Floats
-from ....ingest.stored import list_channels, read_channel, read_samples
+from ....ingest.storing.stored_channels import list_channels, read_channel, read_samples
 from ....schema.campaigns import Campaign
 from ....schema.integrity.checks.series import damages
 from ....schema.listings import get_campaign_id

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....array_types import Floats
-from ....ingest.channel_mistakes import refuse_no_reading
+from ....ingest.extraction.channels import refuse_no_reading
 from ....ingest.readers import (
     AS_IN_FILE,
     ChannelInfo,

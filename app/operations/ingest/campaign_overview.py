@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from ....dataset.predictors import shipped
 from ....dataset.selection import missing_in_campaigns, missing_words
 from ....ingest.errors import enumerated
-from ....ingest.shot_differences import campaign_differences
+from ....ingest.storing.shot_differences import campaign_differences
 from ....schema.benches import Material
 from ....schema.campaigns import Campaign
 from ....schema.conditions import get_campaign_id

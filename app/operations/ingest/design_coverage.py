@@ -153,7 +153,7 @@ class Achieved:
 
 
 def achieved_settings(session: Session, campaign_key: int) -> Achieved:
-    """Of the runs that the campaign's shots or impacts are linked to (`ingest.plan_link`), in order
+    """Of the runs that the shots or impacts are linked to (`ingest.storing.plan_link`), in order
     of plan and run."""
     recorded = _recorded(session, campaign_key)
     if not recorded:

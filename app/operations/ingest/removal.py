@@ -9,8 +9,8 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ....ingest.plan_link import PlanLinks, link_within
-from ....ingest.replacing import Replacement
+from ....ingest.storing.plan_link import PlanLinks, link_within
+from ....ingest.storing.replacement import Replacement
 from ....schema.campaigns import Campaign, Plan, PlannedRun
 from ....schema.impacts import Impact
 from ....schema.provenance import CAMPAIGN, Tombstone

@@ -14,8 +14,8 @@ from sqlalchemy import select
 
 from ....array_types import Floats
 from ....doe.plans import StoredRun, read_plan
-from ....ingest.impact_speed import ImpactSpeed, StruckPlate
-from ....ingest.new_folder import KIND_OF_START, NewFolder, start_folder
+from ....ingest.extraction.impact_speed import ImpactSpeed, StruckPlate
+from ....ingest.folder.new_folder import KIND_OF_START, NewFolder, start_folder
 from ....schema.campaigns import Campaign
 from ....schema.session import Store
 from ....twin.contact.impacts import plate_impedance
@@ -27,9 +27,9 @@ from .campaign_overview import missing_facts_words
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ....ingest.plan_link import PlanLinks
-    from ....ingest.report import IngestReport
-    from ....ingest.settings import ExtractionSettings
+    from ....ingest.extraction.settings import ExtractionSettings
+    from ....ingest.storing.plan_link import PlanLinks
+    from ....ingest.storing.report import IngestReport
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def ingest_into(
     """`ingest_campaign` into a store that is open already: for a dry run, the one of a
     rehearsal."""
     from ....ingest.load import ingest_folder
-    from ....ingest.plan_link import link_to_plan
+    from ....ingest.storing.plan_link import link_to_plan
 
     report = ingest_folder(
         target,

@@ -24,7 +24,7 @@ from ....doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ....doe.space import Kind, Space, shipped_factors, space_from_text
 from ....doe.toml_space import with_ranges
 from ....files.delimited_text import parse_number
-from ....ingest.folder import read_campaign_file
+from ....ingest.folder.campaign_file import read_campaign_file
 from ....schema.benches import Material, material_names
 from ....schema.known_factors import BY_COLUMN, BY_NAME
 from ....schema.session import Store

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ....doe.merit.best_possible import best_possible, random_reference
 from ....doe.merit.model_terms import USUAL_EFFECT
+from ....doe.merit.pair_balance import level_labels, pair_matrix
 from ....doe.merit.quality import FIGURES, compare, figure_text
 from ....doe.merit.verdict import Judgement, judge
 from ....doe.plans import StoredPlan
-from ....doe.plots import level_labels, pair_matrix
 from ....doe.space import Space
 from ....files.atomic_write import atomic_file
 from ...common.number_format import finite
@@ -185,9 +185,9 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     random plan; `levels` by axis, each with its runs and the balanced share of them; `changes` by
     factor: how often it is changed in the order of runs, and the work that a change is; `time` by
     axis: the share of its variance that goes with time; `power` by main effect; `terms` and their
-    `correlations`, the first `mains` of which are main effects; `pairs` (`doe.plots.pair_matrix`)
-    with `pair_labels`. Where no run is left, the verdict is None and all others but `counts` are
-    empty.
+    `correlations`, the first `mains` of which are main effects; `pairs`
+    (`doe.merit.pair_balance.pair_matrix`) with `pair_labels`. Where no run is left, the verdict is
+    None and all others but `counts` are empty.
     """
     counts = run_counts(plan)
     rows = plan.treatments("planned", "done")
@@ -255,7 +255,7 @@ def draw(space: Space, designs: Designs, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from ....doe.plots import draw_quality
+    from ...figures.design_quality import draw_quality
 
     figure = Figure(figsize=(7.5 * len(designs), 17), layout="constrained", dpi=120)
     FigureCanvasAgg(figure)

@@ -58,7 +58,7 @@ class PlanQuality:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """How far each pair of levels is from its share, on `ax` or on axes that are made."""
-        from ....doe.plots import PAIR_SCALE, draw_pairs
+        from ...figures.design_quality import PAIR_SCALE, draw_pairs
 
         ax = axes_or_new(ax, 8.0, 6.5)
         picture = draw_pairs(ax, self._stored.space, self._treatments)
@@ -248,7 +248,7 @@ class PlannedDesign(Result):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The levels of every factor from run to run, on `ax` or on axes that are made."""
-        from ....doe.plots import draw_runs
+        from ...figures.design_quality import draw_runs
 
         ax = axes_or_new(ax, 8.0, 3.5)
         draw_runs(ax, self.stored.space, self.stored.treatments("planned", "done"))

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ....files.delimited_text import parse_number
-from ....ingest.column_names import MEASURED
-from ....ingest.tables import read_table
+from ....ingest.folder.column_names import MEASURED
+from ....ingest.folder.tables import read_table
 from ....parallel.executor import ExecutorConfig
 from ....parallel.map_tasks import run_all_tasks
 from ....schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor

@@ -100,7 +100,7 @@ def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
 
     Other columns are labels of their rows.
     """
-    from ....ingest.column_names import TRAVEL, resembled
+    from ....ingest.folder.column_names import TRAVEL, resembled
 
     return column in of_store or column in TRAVEL or resembled(column) is not None
 
@@ -113,7 +113,7 @@ def _sources(built: BuiltTwin) -> tuple[str, ...]:
 
 
 def _why(ignored: Collection[str]) -> str:
-    from ....ingest.column_names import resembled
+    from ....ingest.folder.column_names import resembled
 
     if "boundary_conditions" in ignored:
         return " (its plate hangs free)"
@@ -306,7 +306,7 @@ def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
     contact = prediction.models["contact"]
     outside = (
-        _outside_text(item, contact)
+        outside_text(item, contact)
         for item in prediction.outside
         if _base(item.predictor) not in beyond
     )
@@ -353,7 +353,7 @@ def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
             yield extrapolation_text(item)
 
 
-def _outside_text(item: OutOfDomain, contact: str) -> str:
+def outside_text(item: OutOfDomain, contact: str) -> str:
     """What a registered model never met, in the units of the lab; the range of a law is its own
     text in SI."""
     name, unit, scale = _in_lab_units(item.predictor)

@@ -100,7 +100,7 @@ def _draw(comparison: ModelComparison, path: Path) -> None:
     draw(comparison.comparisons.comparisons[0], comparison.metrics[0], path)
 
 
-COMPARE = Operation(
+COMPARE: Operation[Comparing, ModelComparison] = Operation(
     name="compare",
     request=Comparing,
     run=_run,

@@ -222,7 +222,7 @@ def comparisons_of(
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
     from ....files.atomic_write import atomic_file
-    from ....training.evaluation.plots import difference_figure
+    from ...figures.model_difference import difference_figure
 
     with atomic_file(file) as partial:
         difference_figure(comparison, metric).savefig(partial)

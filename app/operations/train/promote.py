@@ -100,7 +100,7 @@ def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDe
     return PromotionDecision(decision)
 
 
-PROMOTE = Operation(
+PROMOTE: Operation[Promoting, PromotionDecision] = Operation(
     name="promote",
     request=Promoting,
     run=_run,

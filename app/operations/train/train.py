@@ -141,7 +141,7 @@ def fenced_registry(db: str, store: Store) -> Registry:
     return FencedRegistry(storage_for(db, user_environment()))
 
 
-TRAIN = Operation(
+TRAIN: Operation[Training, TrainingRuns] = Operation(
     name="train",
     request=Training,
     run=_run,

@@ -24,7 +24,6 @@ from ....twin.tune.goal import Goal, Outside, Refusals
 from ....twin.tune.probability import Proposal
 from ....twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
 from ....twin.tune.tuner import SettingToAvoid, Tuned
-from ...common.quantities import display_of
 from ...twins.benches import LEAST_PRESSURE_PA
 
 NONE = "none"
@@ -166,23 +165,17 @@ def _elastic(material: ElasticMaterial) -> Elastic:
 
 
 def outside_of(twin: Twin) -> Outside:
-    """What the contact stage says of settings at their nominal velocity."""
+    """What the contact stage says of settings at their nominal velocity, as `predict` says it."""
+    from ..predict.predicting import outside_text
 
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
-            tuple(
-                f"{display_of(o.predictor).label} {_value_text(o.value)}, learned: {o.range}"
-                for o in entries
-            )
-            for entries in out_of_domain
+            tuple(outside_text(item, twin.models["contact"]).rstrip(".") for item in items)
+            for items in out_of_domain
         ]
 
     return outside
-
-
-def _value_text(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def setting_json(setting: Setting) -> dict[str, Any]:

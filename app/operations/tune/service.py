@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....twin.tune.probability import DRAWS
 from ...common.errors import argument_names, library_errors
-from ...common.frames import axes_or_new, frame_of, si, titled_table
+from ...common.frames import axes_or_new, frame_of, titled_table
+from ...common.number_format import finite
+from ..operation import Result, Table
+from .bench_adapter import NONE, SHOWN, avoid_json, level_m_s2, proposal_rows
+from .verdict import answer_sentences, tuning_sentences, tuning_tables
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ....doe.space import Space
     from ....schema.session import Store
     from ....twin.srs.target import Target
     from ....twin.tune.goal import Goal
-    from ....twin.tune.space import Amount
     from ....twin.tune.tuner import Tuned
-    from ...common.frames import Quantity
     from ...common.progress import Step
-    from .session import Ask
+    from ...twins.building import TwinRequest
+    from ..sentence import Sentence
+    from .request import SpectrumSearch
 
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
     TargetLike = (
@@ -41,22 +44,23 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TunedSettings:
+class TunedSettings(Result):
     """Ranked settings, each with the probability that every line of the spectrum lies within its
     tolerance.
 
-    `tuned` is the result of the tuner behind it, `notes` say what was assumed.
+    `tuned` is the result of the tuner behind it, `assumptions` say what was assumed of `twin`.
     """
 
     tuned: Tuned
     goal: Goal
-    notes: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    twin: TwinRequest
 
     @property
     def sentence(self) -> str:
         """Whether any setting meets the target, how likely, and what stands in the way where none
         does."""
-        return argument_names(self.tuned.attainability.sentence)
+        return argument_names(self.summary())
 
     @property
     def attainable(self) -> bool:
@@ -113,17 +117,70 @@ class TunedSettings:
     @property
     def avoid(self) -> pd.DataFrame:
         """Settings to avoid, with the reason."""
-        from .bench_adapter import avoid_json
-
         return frame_of(
             ({**avoid_json(item)["settings"], "why": item.reason} for item in self.tuned.avoid),
             ("why",),
         )
 
+    def notes(self) -> Sequence[str]:
+        """What was assumed."""
+        return self.assumptions
+
+    def sentences(self) -> Sequence[Sentence]:
+        """The answer, and the best setting."""
+        return tuning_sentences(self.job_data())
+
+    def tables(self) -> Sequence[Table]:
+        """The answer, the settings, what stands in the way, and the settings to avoid."""
+        return tuning_tables(self.job_data())
+
+    @property
+    def exit_code(self) -> int:  # type: ignore[override]  # it follows from the fields
+        """1 where no setting meets the target."""
+        return 0 if self.attainable else 1
+
+    def summary(self) -> str:
+        """The answer in words."""
+        return str(self.job_data()["attainability"]["sentence"])
+
+    def next_command(self) -> Sequence[str]:
+        """The best setting is predicted whole."""
+        rows = self.to_json()
+        if not rows or not self.attainable:
+            return ()
+        best = rows[0]["settings"]
+        anvil = (
+            ()
+            if best["anvil_material"] == NONE
+            else ("--anvil", best["anvil_material"], "--insulator", best["insulator"])
+        )
+        return (
+            "predict", "--tank-pressure", f"{best['tank_pressure_pa'] / 1e5:.4g}bar",
+            "--bullet-mass", f"{best['bullet_mass_kg']:.4g}kg",
+            "--tip", best["tip_material"], "--tip-radius", f"{best['tip_radius_m'] * 1e3:.4g}mm",
+            *anvil, "--impact-position", best["impact_position"],
+        )  # fmt: skip
+
+    def job_data(self) -> dict[str, Any]:
+        """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
+        goal = self.goal
+        data: dict[str, Any] = {
+            "draws": DRAWS,
+            "attainability": finite(self.tuned.attainability.as_json()),
+            "proposals": self.to_json(),
+            "avoid": [avoid_json(setting) for setting in self.tuned.avoid[:SHOWN]],
+            "notes": list(self.assumptions),
+            "frequency_hz": goal.frequency_hz.tolist(),
+            "prescribed_m_s2": level_m_s2(goal.level_db).tolist(),
+            "lower_m_s2": level_m_s2(goal.level_db - goal.lower_db.clip(0, 200)).tolist(),
+            "upper_m_s2": level_m_s2(goal.level_db + goal.upper_db.clip(0, 200)).tolist(),
+            "twin": {name: getattr(self.twin, name) for name in ("campaign", "contact", "plate")},
+        }
+        data["attainability"]["sentence"] = " ".join(map(str, answer_sentences(data)))
+        return data
+
     def to_json(self) -> list[dict[str, Any]]:
         """As `pyroshock tune --json` prints it."""
-        from .bench_adapter import proposal_rows
-
         return proposal_rows(self.tuned)
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -179,43 +236,18 @@ def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target
     return target_of_csv(table.to_csv(index=False).encode(), "target", wanted)
 
 
-def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> TunedSettings:
-    """The search for what is asked, at the lines of its target. Raises as
-    `tuning.session.session_of`."""
+def search_settings(
+    store: Store | None,
+    url: str,
+    target: Target,
+    search: SpectrumSearch,
+    twin: TwinRequest,
+    step: Step,
+) -> TunedSettings:
+    """The settings for a spectrum. Raises as `session.session_of`."""
     from ...common.model_registry import models_extra
     from .session import session_of
 
-    lines = tuple(ask.target.lines().tolist())
     with models_extra():
-        session = session_of(
-            store, url, replace(ask, request=replace(ask.request, frequency_hz=lines))
-        )
-    return TunedSettings(session.run(step), session.goal, session.notes)
-
-
-def factors_of(path: str | os.PathLike[str] | None) -> Space:
-    """What a laboratory owns: of a plan's TOML file, or the levels that ship with the software.
-    Raises `ValueError`."""
-    from ....doe.space import read_space, shipped_factors, space_from_text
-
-    return space_from_text(shipped_factors("gun")) if path is None else read_space(Path(path))
-
-
-def masses_of(given: Quantity | Iterable[Quantity] | None, name: str) -> Amount | None:
-    """Masses that the laboratory owns: one, several ("0.2kg,0.5kg", or a list), or any between two
-    ("0.2kg:1kg").
-
-    Raises `ValueError` that says `name`.
-    """
-    from ....twin.tune.space import ContinuousRange, Levels
-
-    if given is None:
-        return None
-    if isinstance(given, str) and ":" in given:
-        low, high = sorted(si(end, "kg", name) for end in given.split(":", 1))
-        return Levels((low,)) if math.isclose(low, high) else ContinuousRange(low, high)
-    if isinstance(given, str):
-        return Levels(tuple(si(mass, "kg", name) for mass in given.split(",")))
-    several = isinstance(given, Iterable) and not hasattr(given, "units")
-    masses: Any = given if several else [given]
-    return Levels(tuple(si(mass, "kg", name) for mass in masses))
+        session = session_of(store, url, target, search, twin)
+    return TunedSettings(session.run(step), session.goal, session.notes, twin)

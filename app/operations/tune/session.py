@@ -1,4 +1,4 @@
-"""One question to the tuner, made ready from what is in the store; and the best settings' spectra
+"""One search of the tuner, made ready from what is in the store; and the best settings' spectra
 as a picture."""
 
 from __future__ import annotations
@@ -6,61 +6,37 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....array_types import Floats
 from ....doe.limits.bench import BenchLimits, read_limits
-from ....doe.space import Space
 from ....schema.session import Store
 from ....twin.measured_shots import MeasuredShots
 from ....twin.srs.target import Target
-from ....twin.tune.attainability import AT_LEAST
 from ....twin.tune.goal import Goal, level_db
-from ....twin.tune.space import Amount, TuningSpace
+from ....twin.tune.space import TuningSpace
 from ....twin.tune.tuner import FiredShots, Tuned, tune
+from ...common.number_format import percent
 from ...common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from ...common.quantities import shown_unit
 from ...twins.building import BuiltTwin, TwinRequest, twin_of
 from ...twins.measured_shots import read_measured_shots, struck_plate
 from .bench_adapter import SensorTwin, bench_refusals, goal_of, level_m_s2, outside_of, tuning_space
+from .verdict import drawn_share
+
+if TYPE_CHECKING:
+    from .request import SpectrumSearch
 
 Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Ask:
-    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which
-    campaigns.
-
-    A setting meets the target from a probability of `at_least` on.
-    """
-
-    target: Target
-    request: TwinRequest
-    factors: Space
-    measured: tuple[str, ...] = ()
-    sensor: str | None = None
-    mass_kg: Amount | None = None
-    share: float = 1.0
-    extrapolate: bool = False
-    seed: int = 0
-    at_least: float = AT_LEAST
-
-    def __post_init__(self) -> None:
-        for name in ("share", "at_least"):
-            if not 0 < getattr(self, name) <= 1:
-                raise ValueError(
-                    f"{name} is {getattr(self, name)!r}; expected a number above 0, up to 1"
-                )
 
 
 @dataclass(frozen=True, eq=False)
 class TuningSession:
     """Ready to run; `notes` are for the user."""
 
-    ask: Ask
+    search: SpectrumSearch
     built: BuiltTwin
     goal: Goal
     space: TuningSpace
@@ -71,46 +47,51 @@ class TuningSession:
     def run(self, progress: Progress | None = None) -> Tuned:
         """Raises as `twin.tune.tuner.tune`."""
         return tune(
-            SensorTwin(self.built.twin, self.ask.sensor),
+            SensorTwin(self.built.twin, self.search.sensor),
             self.space,
             self.goal,
-            np.random.default_rng(self.ask.seed),
+            np.random.default_rng(self.search.seed),
             measured=self.measured,
             refusals=bench_refusals(self.built.twin, self.limits),
             outside=outside_of(self.built.twin),
-            extrapolate=self.ask.extrapolate,
-            at_least=self.ask.at_least,
+            extrapolate=self.search.extrapolate,
+            at_least=self.search.at_least,
             calibrated=self.built.twin.calibration is not None,
             progress=progress,
         )
 
 
-def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
-    """Raises `LookupError` and `ValueError` for what there is not, in one line."""
-    built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
+def session_of(
+    store: Store | None, db: str, target: Target, search: SpectrumSearch, twin: TwinRequest
+) -> TuningSession:
+    """A search at the lines of its target. Raises `LookupError` and `ValueError` for what there is
+    not, in one line."""
+    at_lines = replace(twin, frequency_hz=tuple(target.lines().tolist()))
+    built = _without_double_counting(twin_of(store, db, at_lines), search.measured)
+    factors = search.space()
     if not built.bench.has_gun:
         raise ValueError(
             f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r} and has no gun, "
             "whose settings are searched: give the campaign of a gun with --campaign"
         )
-    limits = read_limits(ask.factors.bench)
+    limits = read_limits(factors.bench)
     own = built.setting(
         impactor_mass_kg=1.0, tip=built.plate, tip_radius_m=1.0, impact_velocity_m_s=1.0
     )
     space = tuning_space(
-        ask.factors,
+        factors,
         built.material,
         built.plate,
         own.plate_thickness_m,
         own.plate_mass_kg,
         built.twin.plate.ensemble(built.plate.name)[0].impact_points,
         limits,
-        ask.mass_kg,
+        search.masses(),
     )
-    measured, left_out = _measured(store, built, ask)
-    goal = goal_of(ask.target, built.twin.frequency_hz, ask.share)
+    measured, left_out = _measured(store, built, search)
+    goal = goal_of(target, built.twin.frequency_hz, search.share)
     notes = (*(line for line in built.notes if line), *left_out)
-    return TuningSession(ask, built, goal, space, limits, measured, notes)
+    return TuningSession(search, built, goal, space, limits, measured, notes)
 
 
 def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> BuiltTwin:
@@ -122,18 +103,20 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
     return replace(built, twin=replace(built.twin, calibration=None))
 
 
-def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[FiredShots, list[str]]:
+def _measured(
+    store: Store | None, built: BuiltTwin, search: SpectrumSearch
+) -> tuple[FiredShots, list[str]]:
     """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign
     without a store."""
     together = FiredShots()
     notes: list[str] = []
     if store is None:
-        if ask.measured:
-            raise LookupError(f"no campaign {ask.measured[0]!r}: there is no store")
+        if search.measured:
+            raise LookupError(f"no campaign {search.measured[0]!r}: there is no store")
         return together, notes
-    sensor = ask.sensor or built.twin.sensor_names[0]
+    sensor = search.sensor or built.twin.sensor_names[0]
     with store.reading() as session:
-        for name in ask.measured:
+        for name in search.measured:
             shots, left_out = read_measured_shots(
                 session,
                 name,
@@ -204,10 +187,10 @@ def draw_tuned(axes: Any, tuned: Tuned, goal: Goal) -> None:
         shown(first.level_db),
         color=MODEL,
         lw=1.8,
-        label=f"first: {first.probability_within:.0%} within",
+        label=f"first: {percent(drawn_share(first.probability_within))} within",
     )
     for rank, proposal in enumerate(others, 2):
-        label = f"{rank}: {proposal.probability_within:.0%} within"
+        label = f"{rank}: {percent(drawn_share(proposal.probability_within))} within"
         axes.plot(
             lines,
             shown(proposal.level_db),

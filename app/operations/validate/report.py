@@ -24,11 +24,10 @@ from .validation import (
     COLUMNS,
     MAIN_COLUMNS,
     adopted_lines,
-    failure_lines,
-    quantity_words,
     reason_lines,
     score_rows,
 )
+from .verdict import failure_sentences, is_calibrated, quantity_words, verdict_text
 
 #: Per cent of the ranks in each of the ten bins, of bands that are right.
 _UNIFORM = 10.0
@@ -42,7 +41,8 @@ def validation_document(data: Mapping[str, Any]) -> Document:
             "Where the predictions fail",
             [
                 Bullets(
-                    failure_lines(data), "No group of shots is predicted wrong by more than chance."
+                    [str(failure) for failure in failure_sentences(data)],
+                    "No group of shots is predicted wrong by more than chance.",
                 )
             ],
         ),
@@ -63,7 +63,7 @@ def validation_document(data: Mapping[str, Any]) -> Document:
     return Document(
         kind="Validation",
         title=data["campaign"],
-        lead=f"{data['verdict']} {CONSEQUENCE}" if not data["calibrated"] else data["verdict"],
+        lead=verdict_text(data) if is_calibrated(data) else f"{verdict_text(data)} {CONSEQUENCE}",
         facts={
             "What the predictions had seen": f"{data['seen'][0].upper()}{data['seen'][1:]}",
             "Made in": f"{number(data['seconds'])} s",
@@ -87,9 +87,11 @@ def _scores(data: Mapping[str, Any]) -> list[Block]:
     return [
         Table(caption, COLUMNS, rows, main=MAIN_COLUMNS),
         Paragraph(
-            "The interval of a share counts configurations, not shots: repetitions resemble each "
-            "other. The mean deviation is measured over predicted. CRPS is the continuous ranked "
-            "probability score of the logarithm, or of the level in dB; less is better.",
+            "“At least” and “at most” are the ends of the 95 % interval of the share inside the "
+            "90 % band, of all quantities together. It counts independent values, not shots: "
+            "repetitions resemble each other. The mean deviation is measured over predicted. CRPS "
+            "is the continuous ranked probability score of the logarithm, or of the level in dB; "
+            "less is better.",
             quiet=True,
         ),
     ]

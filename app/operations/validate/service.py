@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...common.frames import axes_or_new, frame_of, titled_table
+from ..operation import Lines, Result, Table
+from ..sentence import Sentence
+from .validation import adopted_lines, reason_lines, score_rows
+from .verdict import failure_sentences, verdict_sentences
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -13,25 +19,63 @@ if TYPE_CHECKING:
 
     from ....schema.session import Store
     from ...common.progress import Step
+    from .request import ValidationRequest
     from .validation import Validation
 
 
 @dataclass(frozen=True, eq=False)
-class TwinValidation:
+class TwinValidation(Result):
     """Measured shots beside predictions that had not seen them; `validation` is the record behind
     it."""
 
     validation: Validation
 
+    @cached_property
+    def _data(self) -> dict[str, Any]:
+        return self.validation.as_json()
+
+    def notes(self) -> Sequence[str]:
+        """Which shots were not compared, and what was assumed."""
+        left_out = (f"not compared: {line}" for line in reason_lines(self._data["left_out"]))
+        return (*left_out, *self._data["notes"])
+
+    def sentences(self) -> Sequence[Sentence]:
+        """The verdict, and what the predictions had seen."""
+        seen = Sentence(f"What the predictions had seen: {self._data['seen']}.")
+        return (*verdict_sentences(self._data), seen)
+
+    def tables(self) -> Sequence[Table | Lines]:
+        """The scores, where the predictions fail, and the errors with adopted effects."""
+        return (
+            Table("", list(score_rows(self._data))),
+            Lines("Where the predictions fail", failure_sentences(self._data)),
+            Lines("With the adopted effects", adopted_lines(self._data)),
+        )
+
+    @property
+    def exit_code(self) -> int:  # type: ignore[override]  # it follows from the fields
+        """1 where the bands are too narrow."""
+        return 0 if self.calibrated else 1
+
+    def summary(self) -> str:
+        """The campaign and the verdict."""
+        return f"{self.validation.campaign}: {self.sentence}"
+
+    def next_command(self) -> Sequence[str]:
+        """What a twin that is trusted is used for, or what finds the cause."""
+        if self.calibrated:
+            return ("tune", "--target", "SPEC.csv", "--measured", self.validation.campaign)
+        return ("diagnose", self.validation.campaign)
+
     @property
     def sentence(self) -> str:
         """The verdict: whether the 90 % bands hold what they promise."""
-        return self.validation.verdict.sentence
+        return str(self._data["verdict"])
 
     @property
     def calibrated(self) -> bool:
         """Whether the 90 % bands are wide enough."""
-        return self.validation.verdict.calibrated
+        return bool(self._data["calibrated"])
 
     def to_frame(self) -> pd.DataFrame:
         """A quantity in each row: shots, shares inside the 50 % and 90 % bands, errors (natural
@@ -39,7 +83,7 @@ class TwinValidation:
         rows: list[dict[str, Any]] = []
         for row in self.to_json()["quantities"]:
             rows.append({name: value for name, value in row.items() if not isinstance(value, list)})
-            for band in ("coverage50", "coverage90"):
+            for band in ("coverage50", "coverage90", "coverage90_joint"):
                 rows[-1][f"{band}_low"], rows[-1][f"{band}_high"] = row[f"{band}_ci95"]
         return frame_of(rows).set_index("name")
 
@@ -83,17 +127,20 @@ class TwinValidation:
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock validate --json` prints it."""
-        return self.validation.as_json()
+        return self._data
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The share of shots inside the 90 % band of each quantity, with its 95 % interval, beside
-        what is promised."""
+        """The share of shots inside the 90 % band of each quantity, with the 95 % interval
+        that the quantities share, beside what is promised."""
         frame = self.to_frame()[::-1]
         axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(frame), 2))
         axes.axvline(0.9, color="0.7", lw=1, zorder=0)
         for place, (_, row) in enumerate(frame.iterrows()):
             axes.plot(
-                [row["coverage90_low"], row["coverage90_high"]], [place, place], color="0.6", lw=2
+                [row["coverage90_joint_low"], row["coverage90_joint_high"]],
+                [place, place],
+                color="0.6",
+                lw=2,
             )
             axes.plot(row["coverage90"], place, "o", color="#1b6ca8")
         axes.set_yticks(range(len(frame)), [str(name).replace("_", " ") for name in frame.index])
@@ -110,20 +157,10 @@ class TwinValidation:
         )
 
 
-def validate_twin(
-    store: Store,
-    url: str,
-    campaign: str,
-    contact: str | None,
-    folds: int,
-    draws: int,
-    seed: int,
-    step: Step,
-) -> TwinValidation:
-    """Raises as `validating.validation.validated`."""
+def validate_twin(store: Store, url: str, request: ValidationRequest, step: Step) -> TwinValidation:
+    """Raises as `validation.run_validation`."""
     from ...common.model_registry import models_extra
-    from .validation import ValidationRequest, run_validation
+    from .validation import run_validation
 
-    request = ValidationRequest(campaign, folds=folds, draws=draws, seed=seed, contact=contact)
     with models_extra():
         return TwinValidation(run_validation(store, url, request, step))

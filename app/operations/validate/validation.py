@@ -27,64 +27,63 @@ from ....twin.prediction import ShotDraws
 from ....validation.prediction_scores.failure_rules import PredictionFailure
 from ....validation.prediction_scores.quantity_score import QuantityScore
 from ....validation.prediction_scores.shot_comparison import (
-    PredictionVerdict,
     QuantityComparison,
     compared_shots,
     line_rows,
     shot_rows,
-    verdict,
 )
-from ...common.number_format import finite, number, percent, percent_range, signed_percent
+from ...common.number_format import NOTHING as NOTHING_KNOWN
+from ...common.number_format import finite, number, percent, signed_percent
 from ...twins.adopted_effects import adopted_for
 from ...twins.building import BuiltTwin, TwinRequest, twin_of
 from ...twins.learning import MOST_SHOTS
 from ...twins.measured_shots import read_measured_shots, struck_plate
+from .verdict import (
+    error_number,
+    independent_values,
+    is_calibrated,
+    joint_interval,
+    quantity_words,
+    verdict_text,
+)
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ....dataset.table import PulseTable
     from ....schema.session import Store
+    from .request import ValidationRequest
 
 
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
-COLUMNS = ("quantity", "shots", "inside 50 % band", "inside 90 % band", "95 % interval",
-"median error",
-           "mean deviation", "width of 90 % band", "CRPS")  # fmt: skip
+COLUMNS = ("quantity", "shots", "configurations", "independent values", "inside 50 % band",
+           "inside 90 % band", "at least", "at most", "median error", "mean deviation",
+           "width of 90 % band", "CRPS")  # fmt: skip
 #: Those of the columns that a telephone shows first.
 MAIN_COLUMNS = ("quantity", "shots", "inside 90 % band", "median error")
 
 
 def score_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """A row for each quantity; errors of logarithms as per cent of the measured value."""
+    """A row for each quantity; errors of logarithms as per cent of the measured value. The interval
+    of the share inside the 90 % band is the one that the verdict rests on."""
     for row in data["quantities"]:
         unit = row["unit"]
+        low, high = joint_interval(row, len(data["quantities"]))
         cells = (
             quantity_words(row["name"]),
             row["shots"],
+            row.get("configurations", NOTHING_KNOWN),
+            independent_values(row),
             percent(row["coverage50"]),
             percent(row["coverage90"]),
-            percent_range(*row["coverage90_ci95"]),
-            _size(row["median_abs_error"], unit),
-            _size(row["bias"], unit, signed=True),
+            percent(low),
+            percent(high),
+            str(error_number(row["median_abs_error"], unit)),
+            _deviation(row["bias"], unit),
             _width(row["sharpness90"], unit),
             f"{number(row['crps'])} {unit}",
         )
         yield dict(zip(COLUMNS, cells, strict=True))
-
-
-def quantity_words(name: str) -> str:
-    """ "peak_force" as "peak force", "srs_acceleration_1" as "spectrum, acceleration_1"."""
-    if name == "velocity":
-        return "impact velocity"
-    for start, words in (("srs_", "spectrum, "), ("peak_acceleration_", "peak acceleration, ")):
-        if name.startswith(start):
-            return words + name.removeprefix(start)
-    return name.replace("_", " ")
-
-
-def failure_lines(data: Mapping[str, Any]) -> list[str]:
-    return [failure["sentence"] for failure in data["failures"]]
 
 
 def adopted_lines(data: Mapping[str, Any]) -> list[str]:
@@ -94,8 +93,8 @@ def adopted_lines(data: Mapping[str, Any]) -> list[str]:
     if not adopted:
         return []
     errors = [
-        f"{quantity_words(row['name'])}: median error {_size(row['without'], row['unit'])} without "
-        f"and {_size(row['with'], row['unit'])} with the adopted effects."
+        f"{quantity_words(row['name'])}: median error {error_number(row['without'], row['unit'])} "
+        f"without and {error_number(row['with'], row['unit'])} with the adopted effects."
         for row in adopted["errors"]
     ]
     lines = [*adopted["sentences"], *(f"{line[:1].upper()}{line[1:]}" for line in errors)]
@@ -115,10 +114,10 @@ def reason_lines(reasons: Sequence[str]) -> list[str]:
     ]
 
 
-def _size(value: float, unit: str, *, signed: bool = False) -> str:
+def _deviation(value: float, unit: str) -> str:
     if unit == "dB":
-        return f"{value:{'+' if signed else ''}.2f} dB".replace("-", "−")
-    return signed_percent(math.expm1(value)) if signed else f"{100 * math.expm1(value):.1f} %"
+        return f"{value:+.2f} dB".replace("-", "−")
+    return signed_percent(math.expm1(value))
 
 
 def _width(value: float, unit: str) -> str:
@@ -183,7 +182,6 @@ def configuration_names(session: Session, configurations: Sequence[int]) -> Coll
     return {configuration_text(words) for words, _ in levels_of(session, configurations).values()}
 
 
-FOLDS, DRAWS = 5, 64
 Step = Callable[[int, int, str], None]
 #: A twin that has not learned from these configurations, for plates of this material.
 TwinWithout = Callable[[Sequence[int], str], BuiltTwin]
@@ -193,37 +191,23 @@ def _silent(*_: object) -> None:
     pass
 
 
-@dataclass(frozen=True)
-class ValidationRequest:
-    """As the options of `pyroshock validate`. Effects that diagnoses left to the bench do not act
-    in its scores: they may have been fitted to the shots that are to be predicted."""
-
-    campaign: str
-    folds: int = FOLDS
-    draws: int = DRAWS
-    seed: int = 0
-    contact: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.folds < 2 or self.draws < 20:
-            raise ValueError(
-                f"folds = {self.folds}, draws = "
-                f"{self.draws}: expected 2 folds and 20 draws at least"
-            )
-
-    def twin(
-        self, without: Sequence[int] = (), plate: str | None = None, *, adopted: bool = False
-    ) -> TwinRequest:
-        """The twin of the campaign's bench that has not learned from some configurations, with
-        adopted effects or without."""
-        return TwinRequest(
-            campaign=self.campaign,
-            contact=self.contact,
-            plate=plate,
-            adopted=adopted,
-            learn=True,
-            without_configurations=frozenset(without),
-        )
+def _twin(
+    request: ValidationRequest,
+    without: Sequence[int] = (),
+    plate: str | None = None,
+    *,
+    adopted: bool = False,
+) -> TwinRequest:
+    """The twin of the campaign's bench that has not learned from some configurations, with adopted
+    effects or without."""
+    return TwinRequest(
+        campaign=request.campaign,
+        contact=request.contact,
+        plate=plate,
+        adopted=adopted,
+        learn=True,
+        without_configurations=frozenset(without),
+    )
 
 
 @dataclass(frozen=True)
@@ -259,7 +243,6 @@ class Validation:
     shots: MeasuredShots
     comparisons: tuple[QuantityComparison, ...]
     failures: tuple[PredictionFailure, ...]
-    verdict: PredictionVerdict
     folds: int
     seen: str
     left_out: tuple[str, ...]
@@ -276,9 +259,9 @@ class Validation:
         plain = finite(
             {
                 "campaign": self.campaign,
-                "verdict": self.verdict.sentence,
-                "calibrated": self.verdict.calibrated,
-                "quantities": [score.as_json() for score in self.scores],
+                "verdict": "",
+                "calibrated": True,
+                "quantities": self._quantities(),
                 "failures": [failure.as_json() for failure in self.failures],
                 "seen": self.seen,
                 "folds": self.folds,
@@ -291,7 +274,18 @@ class Validation:
             }
         )
         assert isinstance(plain, dict)
-        return plain
+        return plain | {"verdict": verdict_text(plain), "calibrated": is_calibrated(plain)}
+
+    def _quantities(self) -> list[dict[str, Any]]:
+        """Scores, with the interval that the verdict rests on."""
+        scores = self.scores
+        return [
+            {
+                **score.as_json(),
+                "coverage90_joint_ci95": list(score.coverage90.interval(len(scores))),
+            }
+            for score in scores
+        ]
 
 
 def run_validation(
@@ -301,7 +295,7 @@ def run_validation(
     can be compared."""
     begun = time.perf_counter()
     step(0, 0, "reading the measured shots")
-    untaught = twin_of(store, db, replace(request.twin(), learn=False))
+    untaught = twin_of(store, db, replace(_twin(request), learn=False))
     shots, left_out = campaign_shots(store, request.campaign, untaught)
     if not len(shots):
         reasons = "; ".join(reason_lines(left_out)[:3]) or "it has no shots and no impacts"
@@ -314,7 +308,7 @@ def run_validation(
     def twin_without(
         configurations: Sequence[int], plate: str, *, adopted: bool = False
     ) -> BuiltTwin:
-        built = twin_of(store, db, request.twin(configurations, plate, adopted=adopted), shots)
+        built = twin_of(store, db, _twin(request, configurations, plate, adopted=adopted), shots)
         if not notes:
             notes.extend(note for note in built.notes if note)
         twin = contacts.unseen(built, configurations)
@@ -342,7 +336,6 @@ def run_validation(
         failures=tuple(
             failure for comparison in comparisons for failure in comparison.failures(shots, rng)
         ),
-        verdict=verdict([comparison.score for comparison in comparisons]),
         folds=folds,
         seen="; ".join(
             filter(None, (_folds_words(folds, shots), _force_words(shots), contacts.words))

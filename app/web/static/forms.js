@@ -1,15 +1,22 @@
 // Sends a form that writes without leaving its page: an error stands beside its field, and what was typed stays.
 "use strict";
 document.addEventListener("DOMContentLoaded", () => {
+  const restore = (control) => {
+    control.removeAttribute("aria-invalid");
+    if (control.dataset.describedby === undefined) return;
+    control.setAttribute("aria-describedby", control.dataset.describedby);
+    if (!control.dataset.describedby) control.removeAttribute("aria-describedby");
+  };
   const clear = (form) => {
     form.querySelectorAll(".field-error").forEach((message) => message.remove());
-    form.querySelectorAll("[aria-invalid]").forEach((control) => {
-      control.removeAttribute("aria-invalid");
-      if (control.dataset.describedby === undefined) return;
-      control.setAttribute("aria-describedby", control.dataset.describedby);
-      if (!control.dataset.describedby) control.removeAttribute("aria-describedby");
-    });
+    form.querySelectorAll("[aria-invalid]").forEach(restore);
   };
+  // What is said of a value goes with the value; a file "NAME.file" stands in for the text NAME.
+  const changed = (form, name) => [...form.querySelectorAll("[aria-invalid]")].filter((control) => control.name === name.replace(/\.file$/, ""))
+    .forEach((control) => {
+      restore(control);
+      [...form.querySelectorAll(".field-error")].filter((line) => line.id === `${control.id || control.name}-error`).forEach((line) => line.remove());
+    });
   const message = (id, text) => {
     const line = document.createElement("span");
     line.className = "field-error error"; line.id = id; line.setAttribute("role", "alert"); line.textContent = text;
@@ -20,7 +27,8 @@ document.addEventListener("DOMContentLoaded", () => {
     clear(form);
     faults.forEach(({ field, message: text }, place) => {
       const named = field ? form.elements.namedItem(field) : null;
-      const control = named instanceof RadioNodeList ? named[0] : named;
+      // a checkbox has a hidden control of its name before it
+      const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden") : named;
       if (!control || control.type === "hidden") { form.prepend(message(`${form.id || "form"}-error-${place}`, text)); return; }
       for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
       const line = message(`${control.id || field}-error`, text);
@@ -53,6 +61,7 @@ document.addEventListener("DOMContentLoaded", () => {
       request.send(data);
     });
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
+  document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("input", (event) => changed(form, event.target.name || "")));
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
     if (event.defaultPrevented) return;
     event.preventDefault();
@@ -98,7 +107,7 @@ document.addEventListener("DOMContentLoaded", async () => {
     for (let box = changed && control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
     if (changed) control.dispatchEvent(new Event("change", { bubbles: true }));
   };
-  [...form.elements].filter((control) => control.name in values.fields)
+  [...form.elements].filter((control) => control.name in values.fields && control.type !== "hidden")
     .forEach((control) => fill(control, [].concat(values.fields[control.name])));
   const line = document.createElement("p");
   line.className = "note"; line.id = "filled"; line.setAttribute("role", "status");

@@ -2,7 +2,7 @@
 "use strict";
 document.addEventListener("DOMContentLoaded", () => {
   const of = (id) => document.getElementById(id);
-  const file = of("specification"), text = of("text"), tolerance = of("tolerance"), element = document.querySelector("#target .plot");
+  const file = of("target-file"), text = of("target"), tolerance = of("tolerance"), element = document.querySelector("#target-chart .plot");
   const show = (figure, sentence, fault) => {
     of("no-target").hidden = Boolean(figure || fault);
     of("target-fault").hidden = !fault; of("target-fault").textContent = fault;

@@ -16,7 +16,7 @@ from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArgument
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, RUNNING, WAITING

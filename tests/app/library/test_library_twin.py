@@ -15,9 +15,9 @@ from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.doors.commands.predict import predict
-from pyroshock.app.doors.commands.validate import validate
 from pyroshock.app.library.laboratory_twin import LaboratoryTwin
 from pyroshock.app.operations.predict.service import ShotPrediction
+from support.stores.stores import pyroshock
 
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
@@ -286,9 +286,7 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(
 # --- validation: the scores, sentence and plot of the command ---
 def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> None:
     validation = store.validate("first-shots", draws=20, progress=False)
-    result = CliRunner().invoke(
-        validate, ["first-shots", "--draws", "20", "--db", store.url, "--json"]
-    )
+    result = pyroshock("validate", "first-shots", "--draws", "20", "--db", store.url, "--json")
     expected, data = json.loads(result.stdout), validation.to_json()
     assert {**data, "seconds": 0} == {**expected, "seconds": 0}
     assert (validation.sentence, validation.calibrated) == (
@@ -318,7 +316,7 @@ def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> No
 
 @pytest.mark.parametrize(("campaign", "options", "kind", "message"), [
     ("autumn", {}, ps.NotFoundError, "autumn"),
-    ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds = 1"),
+    ("first-shots", {"folds": 1}, ps.InvalidValueError, "folds is 1; expected a whole number"),
     ("first-shots", {"contact": "hybrid@3"}, ps.NotFoundError, "hybrid@3"),
 ])  # fmt: skip
 def test_validation_says_what_there_is_not(

@@ -258,7 +258,7 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
     """From the factors file to recorded runs: pressures are set by hand, and still belong to their
     planned runs."""
     from pyroshock.ingest.load import ingest_folder
-    from pyroshock.ingest.plan_link import link_campaign
+    from pyroshock.ingest.storing.plan_link import link_campaign
 
     plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1, factors=FEW)
     planned = plan.to_frame().set_index("run")
@@ -279,7 +279,7 @@ def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) ->
 
 def test_pressure_beyond_the_tolerance_is_not_linked(store, tmp_path: Path) -> None:
     from pyroshock.ingest.load import ingest_folder
-    from pyroshock.ingest.plan_link import link_campaign
+    from pyroshock.ingest.storing.plan_link import link_campaign
     from support.records.campaigns import gun_campaign, write_runs
 
     plan = store.plan.lhs("gun", runs=4, repetitions=1, seed=1, factors=FEW)

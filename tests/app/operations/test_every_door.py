@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -19,25 +19,35 @@ from pyroshock.app.common.number_format import finite
 from pyroshock.app.doors.command_line.operation_command import option_of
 from pyroshock.app.doors.python import PythonMethod
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
-from pyroshock.app.operations.faults import bare, bounds
+from pyroshock.app.operations.faults import bare, bounds, read
 from pyroshock.app.operations.fields import presentation_of
 from pyroshock.app.operations.form import form_page, text_of
+from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
-from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
 from support.stores.registries import at_its_place
-from support.stores.stores import opened, pyroshock, run_pyroshock
+from support.stores.stores import pyroshock, run_pyroshock
 from support.stores.web_stores import DATASET, HAMMER, filled_lab
 
 __all__ = ["filled_lab"]
 
-#: A request that can be answered, of each operation.
+_SPRING = {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
+#: A request that can be answered, of each operation. {folder} is a new one for each door.
 EXAMPLES: dict[str, dict[str, Any]] = {
-    "plan": {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2},
+    "plan": _SPRING,
+    "plan-list": {},
+    "plan-status": {"name": "spring"},
+    "plan-quality": {"name": "spring", "effect": 1.5},
+    "plan-sheet": {"name": "spring"},
+    "plan-decide": {"name": "spring", "run": 2, "status": "discarded", "note": "tip broke"},
+    "plan-discard": {"name": "spring", "run": 3, "reason": "tip broke"},
+    "plan-augment": {"name": "spring", "runs": 2, "repetitions": 1, "seed": 5},
+    "plan-delete": {"name": "spring"},
+    "simulate": {"plan": "spring", "out": "{folder}", "repetitions": 1},
     "train": {"dataset": DATASET, "models": ("linear", "tree"), "split": ("repetitions",)},
     "compare": {"version": ("linear@1", "tree@1"), "metric": "cost"},
     "promote": {"model": "tree", "version": 1, "force": True, "reason": "a start"},
@@ -51,10 +61,21 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "dataset-export": {"name": DATASET},
     "dataset-delete": {"name": "spare"},
 }
+#: What is answered before, so that the store has what the example names.
+BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
+    **{name: [("plan", _SPRING)] for name in EXAMPLES if name.startswith("plan-")},
+    "simulate": [("plan", _SPRING)],
+    "dataset-delete": [
+        ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "quality": "none"})
+    ],
+}
+_OF_MODELS = ("train", "compare", "promote", "model-", "dataset-")
 #: These find campaigns, a dataset and models in the store.
-FILLED = {name for name in EXAMPLES if name != "plan"}
+FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)}
 #: What an answer says of the moment, and not of what was asked.
 _OF_THE_MOMENT = {"when", "who"}
+#: A form whose answer is a page has no data to compare; its page has tests of its own.
+_SEEN_ON_A_PAGE = object()
 
 
 class Library:
@@ -86,10 +107,14 @@ def variant(declared: Operation[Any, Any], values: Mapping[str, Any]) -> type[Re
     )
 
 
-def arguments(declared: Operation[Any, Any], values: Mapping[str, Any]) -> list[str]:
-    """A request as it is typed."""
+def arguments(
+    declared: Operation[Any, Any], values: Mapping[str, Any], more: Sequence[str | Path]
+) -> list[str | Path]:
+    """A request as it is typed, with `more` options."""
     request = variant(declared, values)
-    words, options = list(declared.words), []
+    words = list(declared.words)
+    places: list[str] = []
+    options: list[str] = []
     if declared.variants:
         words.append(str(values["method"]))
     for name, value in values.items():
@@ -97,12 +122,21 @@ def arguments(declared: Operation[Any, Any], values: Mapping[str, Any]) -> list[
             continue
         field = request.model_fields[name]
         if presentation_of(field).positional:
-            words += value if isinstance(value, tuple) else [text_of(value)]
+            places += value if isinstance(value, tuple) else [text_of(value)]
         elif bare(field.annotation) is bool:
             options += [option_of(name, field)] if value is not field.default else []
         else:
             options += [option_of(name, field), text_of(value)]
-    return words + options
+    options += ["--yes"] if declared.deletes is not None else []
+    return [*words, *options, *more, "--", *places]
+
+
+def prepare(name: str, store: Store, url: str) -> None:
+    """Fill a store with what an example names."""
+    for other, values in BEFORE.get(name, []):
+        declared = operation(other)
+        request = read(variant(declared, values), values, "python")
+        declared.answer(request, Laboratory(store, url), lambda _done, _total, _what: None)
 
 
 def wrong_values(field: FieldInfo) -> Iterator[Any]:
@@ -146,15 +180,15 @@ def test_a_value_beyond_its_bounds_is_refused_with_the_same_words_at_every_door(
     if "command" not in declared.absent:
         field = request.model_fields[field_name]
         spelled = field_name if presentation_of(field).positional else option_of(field_name, field)
-        typed = pyroshock(*arguments(declared, values), "--db", url)
+        typed = pyroshock(*arguments(declared, values, ["--db", url]))
         assert typed.exit_code == 2
         assert f"{spelled}{words.removeprefix(field_name)}" in typed.stderr
     if "json" not in declared.absent:
-        how, address = declared.route or ("POST", f"/{name}")
+        verb, address = declared.route or ("POST", f"/{name}")
         address = f"/api{address.format(**values)}"
         answer = (
             client.get(address, params=values)
-            if how == "GET"
+            if verb == "GET"
             else post_json(client, address, values)
         )
         assert answer.status_code == 422
@@ -171,55 +205,69 @@ def test_a_value_beyond_its_bounds_is_refused_with_the_same_words_at_every_door(
 def test_a_request_gives_the_same_answer_at_every_door(
     request: pytest.FixtureRequest, tmp_path: Path, name: str
 ) -> None:
-    declared, values = operation(name), EXAMPLES[name]
-
-    def store_for(door: str) -> str:
+    declared = operation(name)
+    answers: dict[str, Any] = {}
+    for door in DOORS:
+        if door in declared.absent:
+            continue
         folder = tmp_path / door
         if name in FILLED:
             shutil.copytree(request.getfixturevalue("filled_lab"), folder)
             at_its_place(Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {})))
-        url = f"sqlite:///{folder / 'lab.db'}"
-        if name == "dataset-delete":
-            with opened(url) as store:
-                build_snapshot(store, "spare", [HAMMER], quality="none", velocity="integrated")
         folder.mkdir(exist_ok=True)
-        return url
+        url = f"sqlite:///{folder / 'lab.db'}"
+        values = {
+            key: part.format(folder=folder / "out") if isinstance(part, str) else part
+            for key, part in EXAMPLES[name].items()
+        }
+        with window(url) as (client, store):
+            prepare(name, store, url)
+            answer = _answer(door, declared, values, client, store, url, folder)
+        if answer is not _SEEN_ON_A_PAGE:
+            answers[door] = json.loads(
+                json.dumps(lasting(answer), sort_keys=True).replace(str(folder), "FOLDER")
+            )
+    first = answers.pop("command")
+    assert all(answer == first for answer in answers.values()), {"command": first, **answers}
 
-    with window(store_for("python")) as (_, store):
+
+def _answer(
+    door: str,
+    declared: Operation[Any, Any],
+    values: Mapping[str, Any],
+    client: TestClient,
+    store: Store,
+    url: str,
+    folder: Path,
+) -> Any:
+    """What a door answers, as plain data."""
+    if door == "command":
+        files = [
+            part
+            for output in declared.outputs
+            if output.required
+            for part in (f"--{output.name}", folder / f"file{output.endings[0]}")
+        ]
+        typed = run_pyroshock(*arguments(declared, values, [*files, "--json", "--db", url]))
+        return json.loads(typed.stdout)
+    if door == "python":
         method: Any = PythonMethod(variant(declared, values), declared)
         method.__set_name__(Library, "method")
-        url = f"sqlite:///{tmp_path / 'python' / 'lab.db'}"
         given = {key: part for key, part in values.items() if key != "method"}
-        made = method.__get__(Library(store, url))(**given)
-        expected, of_network = lasting(made.to_json()), lasting(made.to_network_json())
-    outputs = [
-        f"--{each.name}={tmp_path / 'out'}{each.endings[0]}"
-        for each in declared.outputs
-        if each.required
-    ]
-    confirmed = ["--yes"] if declared.deletes is not None else []
-    typed = run_pyroshock(
-        *arguments(declared, values), *outputs, *confirmed, "--json", "--db", store_for("command")
-    )
-    assert lasting(json.loads(typed.stdout)) == expected
-    if "json" not in declared.absent:
-        with window(store_for("json")) as (client, _):
-            how, address = declared.route or ("POST", f"/{name}")
-            address = f"/api{address.format(**values)}"
-            if how == "GET":
-                answer = client.get(address, params=values)
-            else:
-                answer = post_json(client, address, values)
-            told = ended(client, answer)["result"] if declared.long else answer.json()
-            assert lasting(told) == (expected if declared.long else of_network)
-    if "form" not in declared.absent:
-        with window(store_for("form")) as (client, _):
-            sent = {key: text_of(part) for key, part in values.items()}
-            answer = post(client, form_page(declared).action.format(**values), sent)
-            if declared.long:
-                assert lasting(ended(client, answer)["result"]) == expected
-            else:
-                assert answer.headers["location"] == made.address()
+        return method.__get__(Library(store, url))(**given).to_json()
+    if door == "json":
+        verb, address = declared.route or ("POST", f"/{declared.name}")
+        address = f"/api{address.format(**values)}"
+        answer = (
+            client.get(address, params=dict(values))
+            if verb == "GET"
+            else post_json(client, address, values)
+        )
+        return ended(client, answer)["result"] if declared.long else answer.json()
+    sent = {key: text_of(part) for key, part in values.items()}
+    answer = post(client, form_page(declared).action.format(**values), sent)
+    assert answer.status_code == 303, answer.text
+    return ended(client, answer)["result"] if declared.long else _SEEN_ON_A_PAGE
 
 
 def lasting(answer: Any) -> Any:

@@ -126,7 +126,8 @@ def validation_data() -> dict[str, Any]:
         "srs_acceleration_1": ("m/s2", 1.0), "srs_acceleration_2": ("m/s2", 1.0),
     }  # fmt: skip
     score = {
-        "shots": 20, "coverage50": 0.45, "coverage90": 0.85, "coverage90_ci95": [0.62, 0.97],
+        "shots": 20, "configurations": 20, "values": 20, "effective_values": 20.0,
+        "coverage50": 0.45, "coverage90": 0.40, "coverage90_ci95": [0.19, 0.64],
         "crps": 0.0317,
         "median_abs_error": 0.041, "bias": -0.0001, "sharpness90": 0.2, "pit_histogram": [0.1] * 10,
     }  # fmt: skip

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.validate.validation import ValidationRequest, predicted_folds
+from pyroshock.app.operations.validate.request import ValidationRequest
+from pyroshock.app.operations.validate.validation import predicted_folds
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
@@ -131,7 +132,7 @@ def folds_of(shots: MeasuredShots, twin: Twin) -> dict[str, QuantityComparison]:
         )
 
     _, draws, missing = predicted_folds(
-        shots, twin_without, ValidationRequest("x", folds=len(BLOWS))
+        shots, twin_without, ValidationRequest(campaign="x", folds=len(BLOWS))
     )
     assert missing == []
     return {

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
 from pyroshock.app.common.model_registry import context_of, registry_of
 from pyroshock.app.demo.demo import ingest_examples
-from pyroshock.app.doors.commands.validate import validate
+from pyroshock.app.operations.faults import read
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.operations.validate.validation import (
     NOTHING,
     REFITTED,
     SEEN,
     UnseenContact,
-    ValidationRequest,
     configuration_names,
     predicted_folds,
     run_validation,
@@ -33,12 +33,12 @@ from pyroshock.training.registry.contact_stage import RegisteredContact
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting
-from pyroshock.validation.prediction_scores.shot_comparison import PredictionVerdict
+from pyroshock.validation.prediction_scores.quantity_score import ComparedValues
 from sqlalchemy import select
 from support.records.twin_parts import HalfSine
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures
-from support.stores.stores import opened
+from support.stores.stores import opened, pyroshock
 
 
 def hit(velocity: float) -> Setting:
@@ -76,7 +76,7 @@ def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]]
         return SimpleNamespace(twin=Twin(HalfSine()))
 
     number, draws, missing = predicted_folds(
-        shots, twin_without, ValidationRequest("x", folds=folds)
+        shots, twin_without, ValidationRequest(campaign="x", folds=folds)
     )
     assert missing == []
     return number, made, draws
@@ -99,16 +99,22 @@ def test_every_configuration_is_left_out_once_and_shots_have_random_numbers_of_t
             raise ValueError("the bullet does not leave the barrel")
         return SimpleNamespace(twin=Twin(HalfSine()))
 
-    _, draws, missing = predicted_folds(shots_of([1, 2]), twin_without, ValidationRequest("x"))
+    _, draws, missing = predicted_folds(
+        shots_of([1, 2]), twin_without, ValidationRequest(campaign="x")
+    )
     assert list(draws) == [1] and missing == [
         "shot 1 is not predicted: the bullet does not leave the barrel"
     ]
 
 
-@pytest.mark.parametrize("wrong", [{"folds": 1}, {"draws": 5}])
-def test_too_few_folds_or_draws_are_refused(wrong: dict[str, int]) -> None:
-    with pytest.raises(ValueError, match="expected 2 folds and 20 draws at least"):
-        ValidationRequest("x", **wrong)
+@pytest.mark.parametrize(("wrong", "message"), [
+    ({"folds": 1}, "folds is 1; expected a whole number from 2 to 1000"),
+    ({"draws": 5}, "draws is 5; expected a whole number from 20 to 2000"),
+    ({"seed": 99999999999}, "seed is 99999999999; expected a whole number from 0 to 2147483647"),
+])  # fmt: skip
+def test_too_few_folds_or_draws_are_refused(wrong: dict[str, int], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        read(ValidationRequest, {"campaign": "x", **wrong}, "python")
 
 
 # --- on a store ---
@@ -126,7 +132,9 @@ def db(hammer_store: Path, quick_twins: Path) -> str:
 def test_campaign_is_scored(db: str) -> None:
     with opened(db) as store:
         data, again = (
-            run_validation(store, db, ValidationRequest("spring", contact="hertz")).as_json()
+            run_validation(
+                store, db, ValidationRequest(campaign="spring", contact="hertz")
+            ).as_json()
             for _ in "ab"
         )
         with store.reading() as session:
@@ -154,9 +162,9 @@ def test_campaign_without_a_shot_to_predict_says_why(
     )
     with opened(db) as store:
         with pytest.raises(LookupError, match="winter"):
-            run_validation(store, db, ValidationRequest("winter"))
+            run_validation(store, db, ValidationRequest(campaign="winter"))
         with pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
-            run_validation(store, db, ValidationRequest("spring"))
+            run_validation(store, db, ValidationRequest(campaign="spring"))
 
 
 # --- registered models ---
@@ -201,7 +209,7 @@ def test_model_is_refitted_without_configurations_and_the_output_says_so(with_mo
     assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
     with opened(with_model) as store:
         validation = run_validation(
-            store, with_model, ValidationRequest("spring", contact="linear@1")
+            store, with_model, ValidationRequest(campaign="spring", contact="linear@1")
         )
     assert (
         "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
@@ -236,7 +244,7 @@ def validate_lab(filled: Path, quick_twins: Path):
     """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five
     shots."""
     url = copied(filled, quick_twins)
-    return lambda *words: CliRunner().invoke(validate, [*words, "--db", url])
+    return lambda *words: pyroshock("validate", *words, "--db", url)
 
 
 def data_of(result: Result) -> dict:  # JSON
@@ -275,6 +283,7 @@ def test_json_is_the_contract_of_a_hammers_campaign_and_of_the_thesis(
     assert data["verdict"].startswith(
         "Too little to judge the 90 % bands, 5 shots of 5 configurations"
     )
+    assert "from 4 independent values at most, and 13 are needed" in data["verdict"]
     result = validate_lab("winter")
     assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "winter" in result.stderr
 
@@ -298,13 +307,12 @@ def test_text_says_verdict_first_and_not_calibrated_is_exit_code_1(
     validate_lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = validate_lab("first-shots")
-    assert result.exit_code == 0 and result.stdout.startswith("first-shots: Too little to judge")
+    assert result.exit_code == 0 and result.stdout.startswith("Too little to judge")
     assert "inside 90 % band" in result.stdout
-    overconfident = PredictionVerdict(
-        "Not calibrated: the 90 % bands hold only 40 %.", calibrated=False
-    )
     monkeypatch.setattr(
-        "pyroshock.app.operations.validate.validation.verdict", lambda _: overconfident
+        ComparedValues, "inside90", property(lambda self: np.zeros(len(self), dtype=bool))
     )
     result = validate_lab("first-shots")
-    assert result.exit_code == 1 and "Not calibrated" in result.stdout
+    assert result.exit_code == 1 and result.stdout.startswith(
+        "Not calibrated: the 90 % bands hold only 0 % of the measured values of impact velocity."
+    )

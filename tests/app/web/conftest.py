@@ -37,7 +37,7 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     url = f"sqlite:///{out / DEMO_DB}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
-        patch.setattr(fitting, "_figures", lambda *_: {})
+        patch.setattr(fitting, "training_figures", lambda *_: {})
         patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         run_pyroshock("demo", "--out", out, "--chapters", "2")

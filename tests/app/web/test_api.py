@@ -221,7 +221,7 @@ def test_a_bad_question_is_answered_in_words(
      "nan"),
     ("/api/srs", '{"acceleration_m_s2": [0, 1], "sampling_rate_hz": 10, "frequency_hz": [9]}',
      "half the sampling"),
-    ("/api/tune", '{"target": "no spectrum"}', "specification"),
+    ("/api/tune", '{"target": "no spectrum"}', "the target: no column frequency_hz"),
     ("/api/ingest", '{"path": "/etc"}', "/etc"),
     ("/api/ingest", '{"path": "../.."}', "../.."),
     ("/api/diagnoses", '{"campaign": "first-shots", "seed": -1}', "seed"),

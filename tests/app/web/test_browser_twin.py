@@ -156,12 +156,12 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
 def test_wrong_lines_of_a_specification_are_named_beside_their_field(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots&contact=hertz")
-        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,loud\n")
+        page.fill("#target", "frequency_hz,level_g\n100,30\n1000,loud\n")
         page.fill("#tolerance", "3dB")
         page.click("#begin-search")
-        page.wait_for_selector("#text-error")
-        assert "line 3: level_g is 'loud'" in page.locator("#text-error").inner_text()
-        assert page.input_value("#tolerance") == "3dB" and "loud" in page.input_value("#text")
+        page.wait_for_selector("#target-error")
+        assert "line 3: level_g is 'loud'" in page.locator("#target-error").inner_text()
+        assert page.input_value("#tolerance") == "3dB" and "loud" in page.input_value("#target")
 
 
 def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(browser, lab):
@@ -171,36 +171,50 @@ def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(brows
             page.input_value("#campaign") == "first-shots"
             and page.locator("#no-target").is_visible()
         )
-        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n")
+        page.fill("#target", "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n")
         page.fill("#tolerance", "3dB")
         page.wait_for_selector("#target-sentence:has-text('+3/−3 dB')")
         (prescribed,) = [
-            trace for trace in drawn(page, "target") if trace.get("name") == "prescribed"
+            trace for trace in drawn(page, "target-chart") if trace.get("name") == "prescribed"
         ]
         assert prescribed["y"][0] == pytest.approx(
             30 * 9.80665 / (2 * 3.141592653589793 * 100), rel=1e-3
         )
-        width = page.evaluate("document.querySelector('#target .plot .main-svg').clientWidth")
-        assert width == page.evaluate("document.querySelector('#target .plot').clientWidth")
-        page.fill("#text", "frequency_hz,level_g\n100,30\n1000,loud\n")
+        width = page.evaluate("document.querySelector('#target-chart .plot .main-svg').clientWidth")
+        assert width == page.evaluate("document.querySelector('#target-chart .plot').clientWidth")
+        page.fill("#target", "frequency_hz,level_g\n100,30\n1000,loud\n")
         page.wait_for_selector("#target-fault:has-text(\"line 3: level_g is 'loud'\")")
         assert not page.locator("#target-shown").is_visible()
 
 
 @pytest.mark.parametrize(("field", "value", "words"), [
-    ("tolerance", "much", "much"), ("at_least", "2", "less than or equal to 1"),
-    ("share", "0", "greater than 0"),
+    ("tolerance", "much", "much"),
+    ("at_least", "2", "at_least is 2; expected a number above 0, up to 1"),
+    ("share", "0", "share is 0; expected a number above 0, up to 1"),
+    ("seed", "99999999999", "seed is 99999999999; expected a whole number from 0 to 2147483647"),
+    ("impact_at", "1,2,3", "impact_at is '1,2,3'; expected two numbers in m"),
 ])  # fmt: skip
 def test_wrong_values_of_a_search_stand_at_their_fields(browser, lab, field, value, words):
     table = "frequency_hz,level_g\n100,30\n1000,300\n"
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots")
-        page.fill("#text", table)
+        page.fill("#target", table)
         page.fill(f"#{field}", value)
         page.click("#begin-search")
         page.wait_for_selector(f"#{field}-error")
         assert words in page.inner_text(f"#{field}-error")
-        assert page.input_value(f"#{field}") == value and page.input_value("#text") == table
+        assert page.input_value(f"#{field}") == value and page.input_value("#target") == table
+
+
+def test_what_was_said_of_a_missing_specification_goes_when_there_is_one(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/tune?campaign=first-shots")
+        page.click("#begin-search")
+        page.wait_for_selector("#target-error")
+        assert "target is missing" in page.inner_text("#target-error")
+        page.set_input_files("#target-file", SPECIFICATION)
+        page.wait_for_selector("#target-sentence:has-text('The specification reaches')")
+        assert page.locator("#target-error").count() == 0
 
 
 def test_unknown_contact_of_a_validation_stands_at_its_field(browser, lab):
@@ -242,7 +256,7 @@ def test_target_that_is_too_loud_is_refused_in_words(browser, lab):
         at(page, "/tune?campaign=first-shots&contact=hertz")
         loud = "frequency_hz,level_g\n100,2000\n1000,4000000\n10000,4000000\n"
         page.set_input_files(
-            "#specification", {"name": "loud.csv", "mimeType": "text/csv", "buffer": loud.encode()}
+            "#target-file", {"name": "loud.csv", "mimeType": "text/csv", "buffer": loud.encode()}
         )
         page.click("#begin-search")
         job = ended(page, 600)
@@ -266,7 +280,7 @@ def test_shot_that_stays_in_the_barrel_is_told_in_words(browser, lab):
 def test_uploaded_spectrum_is_tuned_to(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots")
-        page.set_input_files("#specification", SPECIFICATION)
+        page.set_input_files("#target-file", SPECIFICATION)
         page.click("#begin-search")
         job = ended(page, 600)
         assert (job["state"], job["error"]) == ("done", None)

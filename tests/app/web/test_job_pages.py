@@ -14,12 +14,13 @@ import pytest
 from pyroshock.app.jobs.job_kinds.archive import ArchiveArguments
 from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, ExtractArguments, IngestArguments
-from pyroshock.app.jobs.job_kinds.tune import TuneArguments
-from pyroshock.app.jobs.job_kinds.validate import ValidateArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, ask, get_job, stop_job
 from pyroshock.app.operations.diagnose.form import arguments_of, fields_of
 from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.faults import read
+from pyroshock.app.operations.tune.request import Tuning
+from pyroshock.app.operations.validate.request import ValidationRequest
 from pyroshock.app.web.job_words import duration_words, next_step_words, result_words, time_words
 from pyroshock.schema.session import Store
 from starlette.testclient import TestClient
@@ -123,8 +124,32 @@ ASKED: dict[str, Any] = {
         {"dataset": DATASET, "models": ["linear", "gp"], "split": "repetitions", "seed": 5}
         | {"budget": "full"}
     ),
-    "tune": TuneArguments(SPECIFICATION, "6dB", [HAMMER], GUN, share=0.9, at_least=0.8),
-    "validate": ValidateArguments(GUN, "hertz"),
+    # as older software has stored it
+    "tune": read(
+        Tuning,
+        {
+            "target": SPECIFICATION,
+            "tolerance": "6dB",
+            "measured": [HAMMER],
+            "campaign": GUN,
+            "plate": None,
+            "contact": None,
+            "sensor": None,
+            "factors": "",
+            "share": 0.9,
+            "q": 10.0,
+            "extrapolate": False,
+            "adopted": True,
+            "seed": 0,
+            "at_least": 0.8,
+        },
+        "stored",
+    ),
+    "validate": read(
+        ValidationRequest,
+        {"campaign": GUN, "contact": "hertz", "folds": 5, "draws": 64, "seed": 0},
+        "stored",
+    ),
     "diagnose": DiagnoseArguments(GUN, tolerances={"gun": 0.02}, seed=4),
 }
 #: Kinds without a form of values: their files are chosen again.
@@ -178,10 +203,12 @@ def test_form_of_a_job_has_the_texts_that_were_typed(unworked: Window) -> None:
         "repetitions": "3",
         "seed": "7",
         "factors": FACTORS,
-        "table": "a,b\n1,2\n",
+        "criterion": "maximin",
     }
-    assert plan.items() <= fields("plan").items() and fields("plan")["lhs.criterion"] == "maximin"
-    assert fields("train")["models"] == ["linear", "gp"] and fields("tune")["text"] == SPECIFICATION
+    assert plan.items() <= fields("plan").items()
+    assert (
+        fields("train")["models"] == ["linear", "gp"] and fields("tune")["target"] == SPECIFICATION
+    )
     assert fields("check") == {
         "path": "/lab/spring",
         "segmentation": "mask",

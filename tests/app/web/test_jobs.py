@@ -125,7 +125,7 @@ def test_a_tunings_page_is_drawn_from_the_store(
         page = client.get(job["address"])
         assert page.status_code == 200 and "learned from none" in page.text
         assert (
-            re.search(rf'id="attainability">{re.escape(sentence)}', page.text)
+            re.search(rf'id="attainability"[^>]*>{re.escape(sentence)}', page.text)
             and 'id="proposals"' not in page.text
         )
         assert client.get(f"/api/jobs/{job['id']}").json() == job

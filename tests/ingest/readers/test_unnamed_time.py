@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.new_folder import start_folder
+from pyroshock.ingest.folder.new_folder import start_folder
 from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
 
 SAMPLES = 200

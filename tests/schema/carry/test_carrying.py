@@ -234,7 +234,7 @@ STATEMENTS = {
     "ALTER TABLE hammers ADD COLUMN more AS (abs(mass_kg))": "table hammers has other columns",
     "DROP TABLE mode_shapes": "table 'mode_shapes' is missing",
     "UPDATE alembic_version SET version_num = '0002'": (
-        r"revision 0002, older.*pyroshock db upgrade --db sqlite:///"
+        "revision 0002, older than 0013.*ingest its campaign folders into a new store"
     ),
     "UPDATE alembic_version SET version_num = '9999'": "9999.*update pyroshock",
     "DROP TABLE alembic_version": "no file of pyroshock db export",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.processing import check_recording, hits_of
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.record_checks import check_recording
+from pyroshock.ingest.extraction.recording import hits_of
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.signals.channel import Channel, Sensor
 
 RATE_HZ = 51200.0

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.processing import hits_of
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.recording import hits_of
+from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.signals.checks import Contact
 from pyroshock.signals.checks.zero_shift import check_zero_shift
 

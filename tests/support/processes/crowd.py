@@ -27,7 +27,7 @@ COMMANDS = (
     "pyroshock.app.doors.command_line.main",
     "pyroshock.schema.session",
     "pyroshock.ingest.load",
-    "pyroshock.ingest.reextraction",
+    "pyroshock.ingest.storing.reextraction",
 )
 #: PyTorch and MLflow are left to those who train: they take seconds.
 MODELS = (

@@ -5,27 +5,26 @@ from __future__ import annotations
 
 import os
 import shutil
-import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from pyroshock.schema import migrate
 from pyroshock.schema.session import StoreError, make_engine
 from pyroshock.training.registry.connection import EXPERIMENT
 from pyroshock.training.registry.model_storage import VARIABLE, storage_for
 from pyroshock.training.registry.registry import Registry
-from sqlalchemy import MetaData, Table, func, insert, select
+from sqlalchemy import MetaData, Table
 
 from support.records.campaigns import hammer_campaign
+from support.stores import later_revision
 from support.stores.hammer_stores import full_campaign
 from support.stores.many_databases import Databases
 from support.stores.registries import fresh_registry
+from support.stores.stored_databases import dump, stored_database
 from support.stores.stores import assert_whole, content, ingested, pyroshock
 
-STORED = Path(__file__).resolve().parents[2] / "schema" / "stored"
 HITS = 2
 
 
@@ -241,13 +240,12 @@ class _environment:
 
 @dataclass
 class MigratePlace:
-    """A store of an older revision."""
+    """A store of this software's revision, which the later software upgrades."""
 
     url: str
-    revision: str
     folder: Path
     before: object
-    environment: Mapping[str, str] = field(default_factory=dict)
+    environment: Mapping[str, str]
 
     @property
     def command(self) -> Sequence[str]:
@@ -258,8 +256,8 @@ class MigratePlace:
         engine = make_engine(self.url)
         try:
             revision = migrate.current_revision(engine)
-            assert revision in (self.revision, migrate.HEAD)
-            if revision == self.revision:
+            assert revision in (migrate.HEAD, later_revision.REVISION)
+            if revision == migrate.HEAD:
                 assert dump(self.url) == self.before
             else:
                 assert migrate.differences(engine) == []
@@ -267,68 +265,13 @@ class MigratePlace:
             engine.dispose()
 
     def content(self) -> object:
-        return content(self.url)
+        return dump(self.url)
 
 
-def migrate_places(
-    databases: Databases, folder: Path, revision: str
-) -> Callable[[str], MigratePlace]:
-    """The stored database of a revision, copied for each."""
+def migrate_places(databases: Databases, folder: Path) -> Callable[[str], MigratePlace]:
+    """The stored database, copied for each."""
     folder.mkdir(parents=True, exist_ok=True)
-    stored = old_store(databases, folder, revision)
+    stored = stored_database(databases, folder)
     before = dump(stored)
-    return lambda _name: MigratePlace(databases.copy(stored), revision, folder, before)
-
-
-def old_store(databases: Databases, folder: Path, revision: str) -> str:
-    """The stored database of a revision; on a server, its tables made by the migrations and its
-    rows copied."""
-    file = folder / f"stored-{revision}.db"
-    file.write_bytes(zlib.decompress((STORED / f"{revision}.sqlite.z").read_bytes()))
-    stored = f"sqlite:///{file}"
-    if databases.engine == "SQLite":
-        return stored
-    url = databases.empty()
-    source, target = make_engine(stored), make_engine(url)
-    try:
-        migrate.upgrade(target, revision)
-        _copy_rows(source, target)
-    finally:
-        source.dispose()
-        target.dispose()
-    return url
-
-
-def _copy_rows(source: Any, target: Any) -> None:
-    tables = MetaData()
-    tables.reflect(target)  # the server's types: times with their zone, JSON
-    of_source = MetaData()
-    of_source.reflect(source)
-    with source.connect() as reading, target.begin() as writing:
-        for table in tables.sorted_tables:
-            rows = [
-                dict(row)
-                for row in reading.execute(select(of_source.tables[table.name])).mappings()
-            ]
-            if table.name == "alembic_version" or not rows:
-                continue
-            writing.execute(insert(table), rows)
-            if "id" in table.c:
-                counter = func.pg_get_serial_sequence(table.name, "id")
-                writing.execute(select(func.setval(counter, max(row["id"] for row in rows))))
-
-
-def dump(url: str) -> dict[str, list[str]]:
-    """Every row of every table as it stands, whatever the revision."""
-    engine = make_engine(url)
-    try:
-        tables = MetaData()
-        tables.reflect(engine)
-        with engine.connect() as connection:
-            rows = {
-                name: connection.execute(select(table)).all()
-                for name, table in tables.tables.items()
-            }
-        return {name: sorted(map(repr, each)) for name, each in rows.items()}
-    finally:
-        engine.dispose()
+    later = {later_revision.VARIABLE: str(later_revision.write_revision(folder / "later"))}
+    return lambda _name: MigratePlace(databases.copy(stored), folder, before, later)

@@ -27,4 +27,4 @@ def watched(task: Any, *others: Any) -> Any:
 
 
 vars(run_tasks)["try_fit"] = watched
-fitting._figures = lambda *_: {"pulses.png": b"drawn"}
+vars(fitting)["training_figures"] = lambda *_: {"pulses.png": b"drawn"}

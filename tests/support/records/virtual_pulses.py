@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.pulses import extract_pulses
+from pyroshock.ingest.extraction.pulses import extract_pulses
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import THESIS, Setting
 from pyroshock.virtualbench.campaigns.gun import ARRAY, ARRAY_SHARES

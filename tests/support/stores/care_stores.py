@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 from pyroshock.dataset.snapshot import build_snapshot
-from pyroshock.ingest.plan_link import link_campaign
-from pyroshock.ingest.reextraction import reextract_recording
-from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.extraction.settings import ExtractionSettings
+from pyroshock.ingest.storing.plan_link import link_campaign
+from pyroshock.ingest.storing.reextraction import reextract_recording
 from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.engine import make_engine

@@ -9,8 +9,8 @@ from itertools import chain, islice, product
 from pathlib import Path
 from typing import Any
 
-from pyroshock.ingest.settings import EXTRACTION_VERSION
-from pyroshock.ingest.settings import ExtractionSettings as Settings
+from pyroshock.ingest.extraction.settings import EXTRACTION_VERSION
+from pyroshock.ingest.extraction.settings import ExtractionSettings as Settings
 from pyroshock.schema.base import Base
 from pyroshock.schema.benches import Hammer, Plate, material_id
 from pyroshock.schema.campaigns import (

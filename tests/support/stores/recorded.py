@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.processing import StoredSeries
-from pyroshock.ingest.rows import channel_values
+from pyroshock.ingest.extraction.recording import EncodedChannel
+from pyroshock.ingest.storing.row_values import channel_values
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording
@@ -56,7 +56,7 @@ def add_recording(
         owner = get_or_add(session, Campaign, {"name": campaign}, values)
         count = session.query(Recording).count()
         series = [
-            StoredSeries.of(Channel(s, np.asarray(v), rate_hz, start_s))
+            EncodedChannel.of(Channel(s, np.asarray(v), rate_hz, start_s))
             for s, v in channels.items()
         ]
         recording = Recording(

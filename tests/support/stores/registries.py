@@ -68,7 +68,7 @@ def context_in(
 
 def without_figures(monkeypatch) -> None:  # pytest's fixture
     """A training draws for a second; what it draws is tested with the plots."""
-    monkeypatch.setattr(fitting, "_figures", lambda *_: {"pulses.png": b"drawn"})
+    monkeypatch.setattr(fitting, "training_figures", lambda *_: {"pulses.png": b"drawn"})
     monkeypatch.setattr(
         "pyroshock.training.fitting.session.summary_figures",
         lambda _, split: {f"summary_{split}.png": b"drawn"},

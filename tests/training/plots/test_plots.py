@@ -8,19 +8,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from pyroshock.dataset.table import POINTS, PulseTable, concatenate
-from pyroshock.training.evaluation.comparison import compare, comparison_groups
+from pyroshock.training.evaluation.coverage import LEVELS, coverage
 from pyroshock.training.evaluation.metrics import PulseErrors, pulse_errors
-from pyroshock.training.evaluation.plot_style import runs_of
-from pyroshock.training.evaluation.plots import (
-    LEVELS,
+from pyroshock.training.models.base import ContactPrediction
+from pyroshock.training.plots.held_out import (
     by_test,
-    coverage,
     coverage_figure,
-    difference_figure,
     heat_map,
     pulse_grid,
 )
-from pyroshock.training.models.base import ContactPrediction
+from pyroshock.training.plots.style import runs_of
 from support.records.pulse_tables import held_out, pulse_table
 
 
@@ -87,29 +84,6 @@ def test_pulse_grid_shows_the_worst(pulses: PulseTable) -> None:
     assert written(figure)
     figure = pulse_grid(pulses, off_by(pulses, 0.05, spread=False))
     assert not figure.axes[0].collections and not figure.axes[0].patches
-
-
-def test_difference_figure_has_every_group(
-    pulses: PulseTable, errors: dict[str, PulseErrors]
-) -> None:
-    groups = comparison_groups(pulses)
-    result = compare(
-        errors["a"],
-        errors["b"],
-        pulses.configuration,
-        groups,
-        np.random.default_rng(0),
-        resamples=50,
-    )
-    figure = difference_figure(result)
-    labels = [label.get_text() for label in figure.axes[1].get_yticklabels()]
-    assert len(labels) == sum(len(np.unique(values)) for values in groups.values())
-    assert "insulator: polymeric" in labels
-    assert written(figure)
-    result = compare(
-        errors["a"], errors["b"], pulses.configuration, {}, np.random.default_rng(0), resamples=50
-    )
-    assert len(difference_figure(result).axes) == 1
 
 
 def test_coverage_leaves_out_models_without_spread(pulses: PulseTable) -> None:

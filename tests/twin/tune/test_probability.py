@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.twin.discrepancy.kernels import Coordinates, Everywhere, level, white
+from pyroshock.twin.discrepancy.shot_correction import Discrepancy, Term, covariance
 from pyroshock.twin.tune.goal import Goal, level_db
-from pyroshock.twin.tune.kernels import Coordinates, Everywhere, level, white
 from pyroshock.twin.tune.probability import proposals, root
 from pyroshock.twin.tune.search import Candidate, line_scores
-from pyroshock.twin.tune.shot_correction import Discrepancy, Term, covariance
 from scipy.stats import norm
 from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 

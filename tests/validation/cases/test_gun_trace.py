@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.ingest.velocity import muzzle_velocity
+from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.validation.case_plan import case_of_task, tasks
 from pyroshock.validation.cases import record_case
 from pyroshock.validation.cases.case import GUN_AND_CONTACT, BackgroundGap, Case

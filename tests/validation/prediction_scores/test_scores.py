@@ -9,27 +9,8 @@ from pyroshock.validation.prediction_scores.failure_rules import EVERYWHERE, Sho
 from pyroshock.validation.prediction_scores.quantity_score import (
     ComparedValues,
     Coverage,
-    Measure,
-    QuantityScore,
 )
-from pyroshock.validation.prediction_scores.shot_comparison import verdict
-
-FORCE = Measure("peak_force", "peak force", "ln", "N")
-SPECTRUM = Measure("srs_acceleration_1", "spectrum at acceleration_1", "dB", "m/s2")
-
-
-def gaussian(shots: int, *, said: float = 1.0, bias: float = 0.0, seed: int = 0) -> ComparedValues:
-    """Predictions with standard deviation `said` of values that scatter by 1 about a predicted mean
-    that is known."""
-    rng = np.random.default_rng(seed)
-    mean = rng.normal(0.0, 5.0, shots)
-    measured = mean + bias + rng.normal(size=shots)
-    return ComparedValues.of(mean + said * rng.normal(size=(400, shots)), measured)
-
-
-def score(values: ComparedValues, measure: Measure = FORCE) -> QuantityScore:
-    number = np.arange(len(values))
-    return QuantityScore.of(measure, values, number, number)
+from support.records.scored_shots import FORCE, gaussian, score
 
 
 def test_calibrated_predictions_have_nominal_coverage_and_flat_histogram() -> None:
@@ -40,38 +21,6 @@ def test_calibrated_predictions_have_nominal_coverage_and_flat_histogram() -> No
     assert result.sharpness == pytest.approx(2 * 1.645, rel=0.02)
     assert result.crps == pytest.approx(1 / np.sqrt(np.pi), rel=0.02)
     assert result.median_abs_error == pytest.approx(0.6745, rel=0.03)
-
-
-def test_verdict_names_bands_that_hold_and_wide_ones() -> None:
-    result = verdict([score(gaussian(300))])
-    assert result.calibrated
-    assert result.sentence.startswith("The 90 % bands hold: 9")
-    assert "in 300 shots of 300 configurations" in result.sentence
-    result = verdict([score(gaussian(300, said=3.0))])
-    assert result.calibrated
-    assert "wider than needed" in result.sentence
-    result = verdict([score(gaussian(5))])
-    assert result.calibrated
-    assert result.sentence.startswith(
-        "Too little to judge the 90 % bands, 5 shots of 5 configurations: inside lie"
-    )
-
-
-def test_overconfident_predictions_are_called_so() -> None:
-    result = verdict([score(gaussian(100, said=0.4)), score(gaussian(100, seed=1), SPECTRUM)])
-    assert not result.calibrated
-    assert result.sentence.startswith("Not calibrated: the 90 % bands hold only ")
-    assert "of the measured values of peak force" in result.sentence
-    assert "spectrum" not in result.sentence.split(".")[0]
-
-
-@pytest.mark.parametrize("shots", [5, 60])
-def test_false_alarms_are_rare(shots: int) -> None:
-    alarms = [
-        not verdict([score(gaussian(shots, seed=10 * run + part)) for part in range(3)]).calibrated
-        for run in range(100)
-    ]
-    assert np.mean(alarms) <= 0.1
 
 
 def test_repetitions_count_as_much_as_they_differ() -> None:

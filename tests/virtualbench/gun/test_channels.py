@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.pressure_drop import pressure_drop
-from pyroshock.ingest.velocity import muzzle_velocity
+from pyroshock.ingest.extraction.pressure_drop import pressure_drop
+from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import (

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from pyroshock.ingest.modes import read_modal_table
+from pyroshock.ingest.folder.modal_table import read_modal_table
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.build import (
     MATERIALS,

@@ -1,0 +1,1 @@
+"""Figures of models on held-out pulses, which the registry keeps with each training."""
