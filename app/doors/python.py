@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
-    Fields that are positional on the command line may be given without their names. `progress=False` shows no bar.
+    Fields that are positional on the command line may be given without their names.
+    `progress=False` shows no bar.
     """
 
     def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
