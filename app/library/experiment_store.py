@@ -358,7 +358,7 @@ class ExperimentStore:
         )
 
     #: Each measured shot of a campaign beside a prediction of the twin that had not seen it.
-    validate: PythonMethod[..., TwinValidation] = PythonMethod(ValidationRequest, VALIDATE)
+    validate: PythonMethod[TwinValidation] = PythonMethod(ValidationRequest, VALIDATE)
 
     #: Where the gap between measurement and twin lies, which effect causes it, and how far it
     #: shrinks with it. A campaign of the store keeps its diagnosis.

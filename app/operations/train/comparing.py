@@ -66,7 +66,8 @@ class Comparisons:
             version.label: ", ".join(self.searched[version.label]) or "none"
             for version in self.versions
         }
-        return [{"setting": "chosen by a search", **chosen_by_search}] + [
+        searched: list[dict[str, Any]] = [{"setting": "chosen by a search", **chosen_by_search}]
+        return searched + [
             {"setting": name}
             | {version.label: self.settings[version.label].get(name) for version in self.versions}
             for name in names

@@ -216,8 +216,8 @@ def version_tables(row: Mapping[str, Any]) -> list[Table]:
     """The figures of a version, and the limits of a usable one."""
     rows: list[dict[str, Any]] = []
     for name, metric in row["metrics"].items():
-        ends = bounded(metric["ci90"]) or [None, None]
-        values = {"mean": metric["mean"], "from": ends[0], "to": ends[1]}
+        low, high = bounded(metric["ci90"]) or (None, None)
+        values = {"mean": metric["mean"], "from": low, "to": high}
         values |= {f"repeatability by {scope}": floor for scope, floor in metric["floor"].items()}
         cells = {column: metric_cell(name, value) for column, value in values.items()}
         rows.append({"figure": heading(name).partition(" (")[0], **cells})
