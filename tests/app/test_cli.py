@@ -96,7 +96,7 @@ def test_json_goes_to_a_file_and_listings_have_the_contracts_keys(filled, tmp_pa
     (("plann",), "No such command 'plann'; did you mean plan, plans?"),
     (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
     (("plan", "show"),
-     "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
+     "No such command 'show'; augment, box-behnken, central-composite, decide, discard,"),
 ])  # fmt: skip
 def test_unknown_command_is_told_which_there_are(words, said):
     assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -78,7 +78,13 @@ class ModelVersion(Result):
                 importance_sentence(search, importance_of(search)),
             )
         ]
-        return (*version_tables(self.row), Table("Settings", settings, none), Lines("", lines))
+        version = self.version
+        source = f"dataset {version.dataset.name}, split {version.split}, seed {version.seed}"
+        figures = [
+            replace(table, title=f"{version.label}, {source}\n{table.title}")
+            for table in version_tables(self.row)
+        ]
+        return (*figures, Table("Settings", settings, none), Lines("", lines))
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock models show --json` prints it, with every trial of the searches."""
