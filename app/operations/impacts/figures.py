@@ -11,7 +11,8 @@ import numpy as np
 
 from ....array_types import Floats
 from ...common.number_format import format_number
-from ...common.quantities import STANDARD_GRAVITY_M_S2, display_of, display_of_unit
+from ...common.quantities import display_of, display_of_unit
+from ...common.unit_endings import STANDARD_GRAVITY_M_S2
 from ...figures.plotly_base import COLOURS, DASHES, Figure, Trace, band, figure, line, points
 from .curves import PulseCurve, PulseView
 from .overlays import ImpactSpectrum, PulseOverlay, ReferenceBand, SpectrumOverlay
