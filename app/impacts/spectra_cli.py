@@ -176,9 +176,10 @@ def srs(
             write_spectrum(measured, out)
             note(f"spectrum: {out}")
         if plot is not None:
-            from .spectrum_tables import plot_spectrum
+            from ..figures.matplotlib_renderer import write_figure
+            from .spectrum_tables import spectrum_figure
 
-            plot_spectrum(measured, plot)
+            write_figure(spectrum_figure(measured), plot)
             note(f"plot: {plot}")
         if json_to is not None:
             write_json(as_json(measured), json_to)

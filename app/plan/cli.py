@@ -186,13 +186,16 @@ def quality(
     Example:
         pyroshock plan quality rehearsal --against slow-valve --plot quality.png
     """
-    from .quality import designs_of, draw, figures_as_json, judged_designs, tables, verdict_lines
+    from .quality import designs_of, figures_as_json, judged_designs, tables, verdict_lines
 
     with open_command_store(db) as store:
         space, designs = designs_of(store, name, against)
         judged = judged_designs(space, designs, effect)
         if plot is not None:
-            draw(space, designs, plot)
+            from ..figures.matplotlib_renderer import write_figure
+            from .figures import quality_figure
+
+            write_figure(quality_figure(space, designs), plot)
             note(f"plot: {plot}")
     if json_to is not None:
         write_json(figures_as_json(space, judged), json_to)

@@ -1,5 +1,5 @@
 """The quality of plans, as the command line and the pages show it: a verdict with its reasons,
-figures between the best possible and a random plan, power, confounding, a picture."""
+figures between the best possible and a random plan, power, confounding."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from ...doe.designs.imported import read_table
 from ...doe.merit.best_possible import best_possible, random_reference
 from ...doe.merit.model_terms import USUAL_EFFECT
+from ...doe.merit.pair_matrix import level_labels, pair_matrix
 from ...doe.merit.quality import FIGURES, compare, figure_text
 from ...doe.merit.verdict import Judgement, judge
 from ...doe.plans import StoredPlan, read_plan
-from ...doe.plots import level_labels, pair_matrix
 from ...doe.space import Space
-from ...files.atomic_write import atomic_file
 from ...schema.session import Store
 from ..common.number_format import finite
 from ..common.plan_tables import run_counts
@@ -210,7 +209,7 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
     random plan; `levels` by axis, each with its runs and the balanced share of them; `changes` by
     factor: how often it is changed in the order of runs, and the work that a change is; `time` by
     axis: the share of its variance that goes with time; `power` by main effect; `terms` and their
-    `correlations`, the first `mains` of which are main effects; `pairs` (`doe.plots.pair_matrix`)
+    `correlations`, the first `mains` of which are main effects; `pairs` (`doe.merit.pair_matrix`)
     with `pair_labels`. Where no run is left, the verdict is None and all others but `counts` are
     empty.
     """
@@ -273,17 +272,3 @@ def _figures(
             }
         )
     return rows
-
-
-def draw(space: Space, designs: Designs, path: Path) -> None:
-    """Draw the designs beside each other into an image file."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from ...doe.plots import draw_quality
-
-    figure = Figure(figsize=(7.5 * len(designs), 17), layout="constrained", dpi=120)
-    FigureCanvasAgg(figure)
-    draw_quality(figure, space, designs)
-    with atomic_file(path) as partial:
-        figure.savefig(partial)

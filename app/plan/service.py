@@ -14,7 +14,8 @@ from ...files.toml_text import read_toml_text
 from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.session import Store
 from ..common.errors import raises_library_errors
-from ..common.frames import axes_or_new, frame_of, si, step_bar, titled_table
+from ..common.frames import frame_of, si, step_bar, titled_table
+from ..figures.matplotlib_renderer import plot_on
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from ...doe.designs.pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
     from ...doe.merit.quality import Quality
     from ..common.frames import Quantity
+    from ..figures.figure import Plot
 
 
 class PlanSettings(TypedDict, total=False):
@@ -88,12 +90,15 @@ class PlanQuality:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """How far each pair of levels is from its share, on `ax` or on axes that are made."""
-        from ...doe.plots import PAIR_SCALE, draw_pairs
+        return plot_on(self.figure(), ax)
 
-        ax = axes_or_new(ax, 8.0, 6.5)
-        picture = draw_pairs(ax, self._stored.space, self._treatments)
-        ax.figure.colorbar(picture, ax=ax, label=PAIR_SCALE, shrink=0.8)
-        return ax
+    def figure(self) -> Plot:
+        """How far each pair of levels is from its share, as a figure."""
+        from ...doe.merit.pair_matrix import level_labels, pair_matrix
+        from .figures import pairs_figure
+
+        space = self._stored.space
+        return pairs_figure(level_labels(space), pair_matrix(space, self._treatments))
 
     def __repr__(self) -> str:
         shown = ", ".join(
@@ -246,12 +251,15 @@ class PlannedDesign:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The levels of every factor from run to run, on `ax` or on axes that are made."""
-        from ...doe.plots import draw_runs
+        return plot_on(self.figure(), ax)
 
-        ax = axes_or_new(ax, 8.0, 3.5)
-        draw_runs(ax, self.stored.space, self.stored.treatments("planned", "done"))
-        ax.set_title(f"{self.name}: {len(self)} runs")
-        return ax
+    def figure(self) -> Plot:
+        """The levels of every factor from run to run, as a figure."""
+        from .figures import run_order_figure
+
+        title = f"{self.name}: {len(self)} runs"
+        treatments = self.stored.treatments("planned", "done")
+        return run_order_figure(self.stored.space, treatments, title)
 
     def __repr__(self) -> str:
         seed = "" if self.seed is None else f", seed {self.seed}"

@@ -343,7 +343,7 @@ def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -
 def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]:
     """How many measurements central intervals hold, beside how many they promise to; none without a
     spread."""
-    from ...training.evaluation.plots import LEVELS, coverage
+    from ...training.evaluation.coverage import LEVELS, coverage
 
     pairs = (
         ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),

@@ -216,7 +216,7 @@ def compare(
     """
     progress = progress_bar("Comparing models on their held-out pulses")
     with open_command_store(db) as store:
-        from .comparing import comparison_sentences, draw, metrics_named, rows_of
+        from .comparing import comparison_sentences, metrics_named, rows_of
         from .service import compare_versions
 
         wanted = metrics_named(metric)
@@ -228,7 +228,10 @@ def compare(
         for words in notes:
             note(words)
         if (file := plot or plot_as_before) is not None:
-            draw(comparison.comparisons[0], wanted[0], file)
+            from ..figures.matplotlib_renderer import write_figure
+            from .charts import comparison_figure
+
+            write_figure(comparison_figure(comparison.comparisons[0], wanted[0]), file)
             note(f"plot: {file}")
         if json_to is not None:
             write_json(rows_of(comparison, wanted), json_to)
@@ -447,7 +450,7 @@ def tell_version(
     """One version's figures and settings; its histories, by step, and every trial of its searches
     stand in the JSON alone. `plot`: draw the trials there. Raises `LookupError` for a plot of a
     version without trials."""
-    from .searches import draw_searches, importance_of, importance_sentence, search_sentence
+    from .searches import importance_of, importance_sentence, search_sentence
     from .tables import json_row
 
     row = json_row(version, registry.floors(version.dataset.hash, version.seed))
@@ -459,7 +462,10 @@ def tell_version(
                 f"{version.label} has no trials to draw: nothing was "
                 f"searched, or older software trained it"
             )
-        draw_searches(searches, plot)
+        from ..figures.matplotlib_renderer import write_figure
+        from .charts import searches_figure
+
+        write_figure(searches_figure(searches), plot)
         note(f"plot: {plot}")
     if json_to is not None:
         trials = {part: search.as_json() for part, search in searches.items()}

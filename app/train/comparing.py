@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 from ...dataset.table import PulseTable
@@ -221,12 +220,3 @@ def comparison_sentences(comparisons: Comparisons, metrics: Sequence[str]) -> It
 def _lead(row: Difference) -> str:
     assert row.group is not None
     return f"{row.group[0]}={row.group[1]} ({abs(row.difference):.2g})"
-
-
-def draw(comparison: Comparison, metric: str, file: Path) -> None:
-    """The comparison as a figure."""
-    from ...files.atomic_write import atomic_file
-    from ...training.evaluation.plots import difference_figure
-
-    with atomic_file(file) as partial:
-        difference_figure(comparison, metric).savefig(partial)

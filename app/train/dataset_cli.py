@@ -256,9 +256,10 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
 
         snapshot = read_snapshot(store, name)
         if plot is not None:
-            from .datasets import plot_dataset
+            from ..figures.matplotlib_renderer import write_figure
+            from .dataset_figures import dataset_figure
 
-            plot_dataset(snapshot.table, plot)
+            write_figure(dataset_figure(snapshot.table), plot)
             note(f"written: {plot}")
         summary = snapshot_as_json(snapshot, seed)
     if json_to is not None:

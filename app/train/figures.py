@@ -271,7 +271,7 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
 
 
 def _coverage(judged: Evaluation, label: str) -> dict[str, Any]:
-    from ...training.evaluation.plots import coverage, standardised
+    from ...training.evaluation.coverage import coverage, standardised
 
     shares: dict[str, Any] = {"level": list(LEVELS)}
     for name, words in (("force", "force"), ("time", "contact time")):

@@ -56,9 +56,13 @@ def _trained(work: RunningJob, arguments: TrainArguments) -> Session:
     from ...training.fitting.session import Progress, train
     from ..common.model_registry import context_of, splits_of
     from ..common.registered_models import note_registered
+    from .registered_figures import RegisteredFigures
 
     registry = FencedRegistry(work)
-    context = context_of(work.store, arguments.dataset, registry, arguments.seed, arguments.budget)
+    context = context_of(
+        *(work.store, arguments.dataset, registry, arguments.seed, arguments.budget),
+        RegisteredFigures(),
+    )
     splits = splits_of(context.table, arguments.split)
     session = train(registry, context, arguments.models, splits, progress=Progress(work.step))
     note_registered(work.store, registry)

@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...dataset.catalog import list_withdrawals
-from ..common.frames import axes_or_new, frame_of, titled_table, with_units
+from ..common.frames import frame_of, titled_table, with_units
 from ..common.model_registry import (
     context_of,
     models_extra,
@@ -18,6 +20,18 @@ from ..common.model_registry import (
     usual_splits,
     withdrawn_words,
 )
+from ..figures.figure import (
+    DIMENSIONLESS,
+    Plot,
+    PlotAxis,
+    PlotSeries,
+    PointSeries,
+    ReferenceLine,
+    as_floats,
+)
+from ..figures.matplotlib_renderer import plot_on
+from .charts import difference_series
+from .registered_figures import RegisteredFigures
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,20 +134,22 @@ class TrainingRuns:
 
     def plot(self, ax: Axes | None = None, *, metric: str = "force_nrmse") -> Axes:
         """The error of each version with its 90 % interval, the best one at the top."""
-        ranked = sorted(
-            self.versions, key=lambda version: version.metrics[metric].mean, reverse=True
+        return plot_on(self.figure(metric=metric), ax)
+
+    def figure(self, *, metric: str = "force_nrmse") -> Plot:
+        """The error of each version with its 90 % interval, as a figure."""
+        ranked = sorted(self.versions, key=lambda version: version.metrics[metric].mean)
+        estimates = [version.metrics[metric] for version in ranked]
+        errors = PointSeries(
+            as_floats([estimate.mean for estimate in estimates]),
+            np.arange(len(ranked), dtype=np.float64),
+            x_low=as_floats([estimate.low for estimate in estimates]),
+            x_high=as_floats([estimate.high for estimate in estimates]),
+            detail="error",
         )
-        axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(ranked), 2))
-        for place, version in enumerate(ranked):
-            estimate = version.metrics[metric]
-            axes.plot([estimate.low, estimate.high], [place, place], color="0.6", lw=2)
-            axes.plot(estimate.mean, place, "o", color="#1b6ca8")
-        axes.set_yticks(
-            range(len(ranked)), [f"{version.label} ({version.split})" for version in ranked]
-        )
-        axes.set_ylim(-0.6, len(ranked) - 0.4)
-        axes.set_xlabel(f"{metric} on held-out pulses, with its 90 % interval")
-        return axes
+        quantity = f"{metric} on held-out pulses, with its 90 % interval"
+        names = tuple(f"{version.label} ({version.split})" for version in ranked)
+        return _rows_plot("Errors of the versions", quantity, names, (errors,))
 
     def __repr__(self) -> str:
         return f"<{self._sentence()}: {', '.join(self.labels)}>"
@@ -184,30 +200,21 @@ class ModelComparison:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The difference of the first pair with its 90 % interval, over all pulses and by group."""
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The difference of the first pair, over all pulses and by group, as a figure."""
         comparison = self.comparisons.comparisons[0]
         rows = [
             comparison.of(self.metric),
             *(row for row in comparison.by_group if row.metric == self.metric),
-        ][::-1]
-        axes = axes_or_new(ax, height=1.0 + 0.3 * max(len(rows), 2))
-        for place, row in enumerate(rows):
-            axes.plot(
-                [row.low, row.high],
-                [place, place],
-                color="#d1495b" if row.beyond_chance else "0.6",
-                lw=2,
-            )
-            axes.plot(row.difference, place, "o", color="#d1495b" if row.beyond_chance else "0.4")
-        axes.axvline(0.0, color="0.8", lw=1, zorder=0)
-        labels = [
+        ]
+        names = tuple(
             "all pulses" if row.group is None else f"{row.group[0]} = {row.group[1]}"
             for row in rows
-        ]
-        axes.set_yticks(range(len(rows)), labels)
-        axes.set_xlabel(
-            f"{self.metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance"
         )
-        return axes
+        quantity = f"{self.metric} of {comparison.a} minus that of {comparison.b}"
+        return _rows_plot(quantity, quantity, names, difference_series(rows))
 
     def __repr__(self) -> str:
         return "\n".join(self.sentences)
@@ -288,7 +295,7 @@ def train_models(
 
     names = models_of(",".join(models))
     registry = registry_of(url)
-    context = context_of(store, dataset, registry, seed, budget)
+    context = context_of(store, dataset, registry, seed, budget, RegisteredFigures())
     wanted = splits_of(context.table, usual_splits(context.table) if splits is None else splits)
     with models_extra():
         session = training_session.train(
@@ -407,3 +414,17 @@ def promote_version(
                 reason=reason,
             )
         )
+
+
+def _rows_plot(
+    title: str, quantity: str, names: tuple[str, ...], series: tuple[PlotSeries, ...]
+) -> Plot:
+    """Points with intervals, a row for each name."""
+    return Plot(
+        title,
+        PlotAxis(quantity, DIMENSIONLESS),
+        PlotAxis("", categories=names, reversed=True),
+        series,
+        (ReferenceLine("x", 0.0, dash="solid"),),
+        height=96 + 30 * max(len(names), 2),
+    )

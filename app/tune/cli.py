@@ -232,9 +232,10 @@ def tune(
         for line in settings.notes:
             note(line)
         if plot is not None and tuned.proposals:
-            from .session import plot_tuned
+            from ..figures.matplotlib_renderer import write_figure
+            from .figures import goal_figure
 
-            plot_tuned(tuned, settings.goal, plot)
+            write_figure(goal_figure(tuned, settings.goal), plot)
             note(f"plot: {plot}")
     _show(settings, avoid, json_to)
     _suggest(settings)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..common.errors import argument_names, library_errors
-from ..common.frames import axes_or_new, frame_of, si, titled_table
+from ..common.frames import frame_of, si, titled_table
+from ..figures.matplotlib_renderer import plot_on
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from ...twin.tune.tuner import Tuned
     from ..common.frames import Quantity
     from ..common.progress import Step
+    from ..figures.figure import Plot
     from .session import Ask
 
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
@@ -131,14 +133,19 @@ class TunedSettings:
 
         Raises `LookupError` where the bench refuses every setting.
         """
-        from .session import draw_tuned
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The expected spectra of the best settings in the tolerance of the target, as a figure.
+
+        Raises `LookupError` where the bench refuses every setting.
+        """
+        from .figures import goal_figure
 
         if not self.tuned.proposals:
             with library_errors():
                 raise LookupError(f"there is no setting to draw: {self.sentence}")
-        axes = axes_or_new(ax, 8.0, 5.0)
-        draw_tuned(axes, self.tuned, self.goal)
-        return axes
+        return goal_figure(self.tuned, self.goal)
 
     def __repr__(self) -> str:
         return f"<{self.sentence}>"

@@ -10,10 +10,10 @@ from pyroshock.doe.designs.factorial import factorial
 from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.factors import continuous_levels
+from pyroshock.doe.merit.pair_matrix import pair_matrix
 from pyroshock.doe.merit.quality import quality
 from pyroshock.doe.merit.space_filling import d_efficiency, d_efficiency_limit
 from pyroshock.doe.order import run_order, time_confounding
-from pyroshock.doe.plots import pair_matrix
 from pyroshock.doe.space import STRATA, gun_space, shipped_factors, space_from_text
 from pyroshock.doe.toml_space import with_ranges
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pyroshock.doe.designs.lhs import balance_levels
 from pyroshock.doe.merit import FIGURES, compare, quality
+from pyroshock.doe.merit.pair_matrix import level_labels, pair_matrix
 from pyroshock.doe.merit.space_filling import (
     axis_centres,
     beyond_one,
@@ -30,7 +29,6 @@ from pyroshock.doe.merit.space_filling import (
     rms_deviation,
     worst_deviation,
 )
-from pyroshock.doe.plots import draw_quality, level_labels, pair_matrix
 from pyroshock.doe.space import gun_space, hammer_space
 
 GUN, HAMMER = gun_space(), hammer_space()
@@ -184,24 +182,3 @@ def test_design_as_even_as_whole_runs_can_be_is_drawn_white() -> None:
     ]
     drawn = np.random.default_rng(0).integers(0, SIZES, (105, len(SIZES)))
     assert np.nanmax(np.abs(pair_matrix(GUN, drawn))) > 0.5
-
-
-def test_quality_is_drawn_for_each_design() -> None:
-    figure = Figure()
-    draw_quality(figure, GUN, {"every": GUN.all_treatments(), "some": GUN.all_treatments()[::7]})
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["every: 810 runs", "some: 116 runs"]
-    assert figure.axes[0].images[0].get_array().shape == (sum(SIZES), sum(SIZES))
-    limits = [axes.get_xlim() + axes.get_ylim() for axes in figure.axes[4:6]]
-    assert limits[0] == limits[1]
-    scales = {axes.images[0].get_clim() for axes in figure.axes[:4]}
-    assert scales == {(-1.0, 1.0), (0.0, 1.0)}  # whatever the designs are
-    figure.canvas.draw()
-    space = replace(GUN, factors=GUN.factors[:1], axes=GUN.axes[:1], rules=())
-    draw_quality(figure, space, {"two": space.all_treatments()})
-    figure.canvas.draw()
-
-
-@pytest.mark.parametrize("drawn", [{}, {"none": np.zeros((0, 6), dtype=np.int64)}])
-def test_nothing_to_draw_is_refused(drawn: dict[str, NDArray[np.int64]]) -> None:
-    with pytest.raises(ValueError, match="expected at least one"):
-        draw_quality(Figure(), GUN, drawn)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
@@ -24,6 +24,9 @@ from ..models.catalogue import Budget, BuildOptions, entry_of
 from ..models.serialization import pack, unpack
 from ..models.training_task import TrainingTask, rng_of
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
+
+if TYPE_CHECKING:
+    from ..registry.evaluate import Evaluation
 
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
@@ -69,15 +72,39 @@ def _peak_mb() -> float:
     return float("nan")
 
 
+class TrainingFigures:
+    """The pictures that stand beside a model in the registry, PNG files by name: none. Who has a
+    renderer derives from it; workers get it by pickle."""
+
+    def of_model(
+        self,
+        model: str,
+        held_out: PulseTable,
+        prediction: ContactPrediction,
+        errors: PulseErrors,
+    ) -> dict[str, bytes]:
+        """Of one training: `prediction` and `errors` are of the `held_out` pulses row by row."""
+        return {}
+
+    def of_split(self, judged: Evaluation, split: str) -> dict[str, bytes]:
+        """Of all models that were trained on a split, side by side."""
+        return {}
+
+
+NO_FIGURES = TrainingFigures()
+
+
 @dataclass(frozen=True, eq=False)
 class TrainingContext:
-    """What all trainings of one call share. `work` holds what is in progress."""
+    """What all trainings of one call share. `work` holds what is in progress, `figures` makes the
+    pictures."""
 
     dataset: DatasetName
     table: PulseTable
     seed: int
     budget: Budget
     work: Path
+    figures: TrainingFigures = NO_FIGURES
 
 
 @dataclass(frozen=True)
@@ -129,7 +156,7 @@ def fit_task(
         held_out=HeldOutPredictions(held_out.key, prediction, training.key),
         metrics=summary(errors, held_out.configuration, rng),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
-        figures=_figures(task.model, held_out, prediction, errors),
+        figures=context.figures.of_model(task.model, held_out, prediction, errors),
         fit_report=model.fit_report(),
     )
 
@@ -151,18 +178,3 @@ def try_fit(
 def journal_of(task: TrainingTask, context: TrainingContext) -> Path:
     """Where a search of this task keeps what it has done; gone once the model is registered."""
     return context.work / f"{task.key}.journal"
-
-
-def _figures(
-    model: str, held_out: PulseTable, prediction: ContactPrediction, errors: PulseErrors
-) -> dict[str, bytes]:
-    from ..evaluation.plot_style import png
-    from ..evaluation.plots import by_test, heat_map, pulse_grid
-
-    named = {model: errors}
-    return {
-        "pulses.png": png(pulse_grid(held_out, prediction)),
-        "nrmse_by_test.png": png(heat_map(held_out, named)),
-        "cost_by_test.png": png(by_test(held_out, named, "cost")),
-        "impulse_error_by_test.png": png(by_test(held_out, named, "impulse_error")),
-    }

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 
 from ...parallel.executor import HERE, ExecutorConfig
 from ..evaluation.floor import floor_text
-from ..evaluation.plot_style import png
-from ..registry.evaluate import Evaluation, evaluate_held_out
+from ..registry.evaluate import evaluate_held_out
 from ..registry.intact_models import intact_versions
 from ..registry.listing import newest
 from ..registry.locks import exclusive_lock
@@ -20,38 +19,6 @@ from ..registry.records import Trained, Version
 from ..registry.registry import Registry
 from .fitting import FittingFailure, TrainingContext, journal_of, task_of
 from .run_tasks import run_trainings
-
-#: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic
-#: pulses.
-_BEST = 3
-_ANALYTIC = ("hann", "reed", "hunter")
-
-
-def summary_figures(judged: Evaluation, split: str) -> dict[str, bytes]:
-    """PNG files by name."""
-    from ..evaluation.plots import by_test, coverage_figure, heat_map
-
-    errors = {
-        label.partition("@")[0]: model_errors for label, model_errors in judged.errors.items()
-    }
-    predictions = {
-        label.partition("@")[0]: prediction for label, prediction in judged.predictions.items()
-    }
-    ranked = sorted(errors, key=lambda name: float(errors[name].cost.mean()))
-    shown = list(dict.fromkeys([*ranked[:_BEST], *(name for name in _ANALYTIC if name in errors)]))
-    some = {name: errors[name] for name in shown}
-    with_spread = {
-        name: predictions[name] for name in shown if predictions[name].force_spread_n is not None
-    }
-    end = f"{split.replace('/', '_')}.png"
-    figures = {
-        f"nrmse_{end}": png(heat_map(judged.pulses, errors)),
-        f"cost_by_test_{end}": png(by_test(judged.pulses, some, "cost")),
-        f"impulse_error_by_test_{end}": png(by_test(judged.pulses, some, "impulse_error")),
-    }
-    if with_spread:
-        figures[f"coverage_{end}"] = png(coverage_figure(judged.pulses, with_spread))
-    return figures
 
 
 @dataclass
@@ -169,5 +136,5 @@ def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequ
             judged = evaluate_held_out(
                 registry, list(of_split.values()), lambda _hash: context.table
             )
-            figures |= summary_figures(judged, split)
+            figures |= context.figures.of_split(judged, split)
     registry.close_session(run, figures, floors)

@@ -27,4 +27,3 @@ def watched(task: Any, *others: Any) -> Any:
 
 
 vars(run_tasks)["try_fit"] = watched
-fitting._figures = lambda *_: {"pulses.png": b"drawn"}
