@@ -40,7 +40,7 @@ from .figure import (
     TextLabel,
     category,
 )
-from .palette import ALIASES, CARD, Scheme, colour_of
+from .palette import CARD, Scheme, colour_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -61,12 +61,12 @@ _WIDTH, _HEIGHT, _CATEGORY = 7.0, 4.0, 0.3
 #: Letters of all categories along x, beyond which they are turned.
 _LETTERS = 70
 #: How files are written, whatever the machine's settings are. They are global to matplotlib.
-_FILE_SETTINGS: dict[Any, Any] = {
+FILE_SETTINGS: dict[Any, Any] = {
     "svg.hashsalt": "pyroshock",
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
-_SETTINGS_LOCK = Lock()
+SETTINGS_LOCK = Lock()
 _METADATA: dict[str, dict[str, None]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
@@ -152,7 +152,7 @@ def _reference(line: ReferenceLine, axes: Axes, ink: _Ink) -> Artist:
         "ls": _DASHES[line.dash],
         "lw": line.width * _POINT,
     }
-    return draw(line.at, ls=_DASHES[line.dash], **style)
+    return draw(line.at, **style)
 
 
 def _text(label: TextLabel, axes: Axes, ink: _Ink) -> None:
@@ -489,23 +489,12 @@ def svg(figure: Figure, scheme: Scheme = "light") -> str:
     return _file(figure, "svg", scheme).decode()
 
 
-def page_svg(figure: Figure) -> str:
-    """The figure as an `<svg>` element of an HTML page, whose custom properties are its colours
-    (`--c0`, `--ink`); where a page has none of them they are those of the light scheme."""
-    text = svg(figure)
-    element = text[text.index("<svg") :]
-    for role in (role for role in ColourRole if role not in ALIASES):
-        colour = colour_of(role)
-        element = element.replace(f": {colour}", f": var(--{role.value}, {colour})")
-    return element.replace(f": {CARD['light']}", f": var(--card, {CARD['light']})")
-
-
 def _file(figure: Figure, ending: str, scheme: Scheme) -> bytes:
     import matplotlib as mpl
 
     buffer = BytesIO()
     canvas = matplotlib_figure(figure, scheme)
-    with _SETTINGS_LOCK, mpl.rc_context(_FILE_SETTINGS):
+    with SETTINGS_LOCK, mpl.rc_context(FILE_SETTINGS):
         canvas.savefig(buffer, format=ending, metadata=_METADATA[ending])
     return buffer.getvalue()
 

@@ -26,7 +26,7 @@ from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..diagnose import api as diagnose_api
 from ..diagnose import pages as diagnose_pages
-from ..documents.line_styles import COLOURS, PARTS
+from ..documents.page import section_style
 from ..home import pages as home_pages
 from ..impacts import api as impacts_api
 from ..impacts import list_pages as impact_list_pages
@@ -191,7 +191,7 @@ def _static(request: Request, name: str) -> Response:
 def _report_style() -> Response:
     """Of the sections of a report, within a page of ours."""
     return Response(
-        f"{COLOURS}\n.report {{\n{PARTS}}}\n",
+        section_style(),
         media_type="text/css",
         headers={"cache-control": "max-age=3600"},
     )

@@ -12,6 +12,7 @@ LIBRARIES = {"matplotlib", "plotly"}
 #: Files beside the renderer, and why.
 ALLOWED = {
     "app/documents/pdf_fonts.py": "takes the files of the fonts that matplotlib brings",
+    "app/figures/inline_svg.py": "the renderer at the size of a report, with the page's colours",
     "app/figures/matplotlib_renderer.py": "the renderer",
 }
 

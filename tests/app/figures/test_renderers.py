@@ -1,7 +1,6 @@
 """Both renderers draw whatever is a figure; the same figure is the same file."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ from pyroshock.app.figures.figure import (
 from pyroshock.app.figures.matplotlib_renderer import (
     draw_plot,
     matplotlib_figure,
-    page_svg,
     pdf,
     png,
     svg,
@@ -100,12 +98,6 @@ def test_a_second_plot_on_the_same_axes_has_another_colour_and_room():
 def test_dark_and_light_have_the_card_of_the_page():
     for scheme in ("light", "dark"):
         assert CARD[scheme] in svg(PULSE, scheme)
-
-
-def test_svg_of_a_page_takes_its_colours_from_it():
-    text = page_svg(PULSE)
-    assert text.startswith("<svg") and "var(--c0, #0072b2)" in text and "var(--card" in text
-    assert not re.search(r": #(0072b2|525d6b|1c2430)", text)
 
 
 def test_an_unknown_suffix_is_refused_with_those_that_are_known(tmp_path):
