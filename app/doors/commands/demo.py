@@ -14,6 +14,7 @@ import click
 
 from ....schema.addresses import address_for_display
 from ...common.progress import progress_bar
+from ...figures.matplotlib_renderer import write_figure
 from ..command_line.common import json_option, note, open_command_store, print_table, write_json
 
 if TYPE_CHECKING:
@@ -125,16 +126,17 @@ class _Story:
 
 def _measured_shots(story: _Story) -> None:
     from ...demo import demo as job
-    from ...operations.predict.tables import plot_prediction, quantity_rows
+    from ...operations.predict.figures import prediction_figure
+    from ...operations.predict.tables import quantity_rows
 
     for report in job.ingest_examples(story.store):
         note(f"ingested {report.campaign}: {report.total_words}")
     with story.store.reading() as session:
         comparison = job.compare_with_table_5_1(session)
         hit = job.hit_figures(session)
-        job.draw(session, comparison, story.picture(1))
+        write_figure(job.examples_figure(session, comparison), story.picture(1))
     prediction, notes = job.predict_a_shot(story.store, story.url)
-    plot_prediction(prediction, story.out / SHOT)
+    write_figure(prediction_figure(prediction), story.out / SHOT)
     predicted = list(quantity_rows(prediction))
     story.data |= {
         "shots": comparison.rows,
@@ -175,13 +177,13 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 def _virtual_campaign(story: _Story) -> None:
     from ....doe.plans import read_plan
     from ....doe.sheet import write_sheet
-    from ...demo.virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
+    from ...demo.virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
 
     with progress_bar(f"Simulating {REHEARSAL.name}", "recordings") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
     with story.store.reading() as session:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
-    draw_campaign(story.store, REHEARSAL.name, story.picture(2))
+    write_figure(campaign_figure(story.store, REHEARSAL.name), story.picture(2))
     story.data["rehearsal"] = result.as_row()
     repeats = (
         f", and {result.repeat} ask for a repeat because a check rejects their recordings"
@@ -201,7 +203,7 @@ def _virtual_campaign(story: _Story) -> None:
 
 def _contact_model(story: _Story) -> None:
     from ...common.model_registry import MissingExtraError
-    from ...demo.chapters import draw_model, train_model
+    from ...demo.chapters import model_figure, train_model
 
     try:
         with progress_bar("Training a model", "models") as step:
@@ -210,7 +212,7 @@ def _contact_model(story: _Story) -> None:
         story.skipped |= {3, 4}
         story.tell(f"Chapters 3 and 4 are skipped, since they need the extra `models`: {error}.")
         return
-    draw_model(story.store, story.url, model, story.picture(3))
+    write_figure(model_figure(story.store, story.url, model), story.picture(3))
     story.data["contact_model"] = model.as_json()
     for sentence in _model_sentences(model):
         story.tell(sentence)
@@ -230,11 +232,11 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
 
 def _validation(story: _Story) -> None:
-    from ...demo.chapters import draw_validation, validate_model, validation_json
+    from ...demo.chapters import validate_model, validation_figure, validation_json
 
     with progress_bar("Validating the predictions", "shots") as step:
         validation = validate_model(story.store, story.url, step)
-    draw_validation(validation, story.picture(4))
+    write_figure(validation_figure(validation), story.picture(4))
     story.data["validation"] = validation_json(validation)
     story.tell(
         "The twin predicts each shot of the campaign after it has learned from the shots of other "
@@ -249,8 +251,8 @@ def _gap(story: _Story) -> None:
         EFFECT,
         STRENGTH,
         diagnose_gap,
+        diagnosis_figure,
         diagnosis_json,
-        draw_diagnosis,
     )
     from ...demo.virtual_campaign import fire_campaign
     from ...operations.diagnose.wording import effect_subject
@@ -259,7 +261,7 @@ def _gap(story: _Story) -> None:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
     with progress_bar(f"Diagnosing {CHANGED.name}", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)
-    draw_diagnosis(diagnosis, story.picture(5))
+    write_figure(diagnosis_figure(diagnosis), story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)
     story.tell(
         f"The virtual bench fires {result.shots} more shots with an effect "
