@@ -1,5 +1,5 @@
 """What notebooks give and get: quantities (numbers in SI, text with a unit, pint's), DataFrames
-whose columns bear their units, which `.attrs["units"]` lists, axes, tables as HTML and progress
+whose columns bear their units, which `.attrs["units"]` lists, tables as HTML and progress
 bars."""
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     #: What every argument takes that has a unit.
     Quantity = float | str | pint.Quantity[Any]
     import pandas as pd
-    from matplotlib.axes import Axes
 
 
 def unit_of(column: str) -> str:
@@ -71,15 +70,6 @@ def sorted_by(frame: pd.DataFrame, sort: str | None) -> pd.DataFrame:
     return frame.sort_values(
         column, ascending=rising, kind="stable", na_position="last", ignore_index=True
     )
-
-
-def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.0) -> Axes:
-    """The axes that were given, or those of a new figure that a notebook shows."""
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(figsize=(width, height), layout="constrained")[1]
 
 
 def titled_table(title: str, frame: pd.DataFrame, rows: int = 12) -> str:

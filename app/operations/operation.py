@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
-    from ..figures.figure import Plot
+    from ..figures.figure import Figure
     from .laboratory import Laboratory
     from .sentence import Sentence
 
@@ -108,7 +108,7 @@ class Result:
         """The answer as it is printed in place of its tables, of one that is laid out already."""
         return ""
 
-    def figures(self) -> Sequence[Plot]:
+    def figures(self) -> Sequence[Figure]:
         """The answer in pictures."""
         return ()
 

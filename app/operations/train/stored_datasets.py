@@ -16,6 +16,7 @@ from .service import FrozenDataset
 
 if TYPE_CHECKING:
     from ....dataset.snapshot import Snapshot
+    from ...figures.figure import Figure
 
 _READING = "its page is the answer itself, which an address shows"
 
@@ -108,6 +109,12 @@ class ShownDataset(Result):
             Table("Predictors", range_rows(self.snapshot), "no predictors"),
             Table("Correlations", correlation_rows(self.snapshot), "no predictors"),
         )
+
+    def figures(self) -> Sequence[Figure]:
+        """Correlations and values of the predictors."""
+        from .dataset_figures import dataset_figure
+
+        return (dataset_figure(self.snapshot.table),)
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock dataset show --json` prints it."""
@@ -213,9 +220,9 @@ def _write(dataset: FrozenDataset, path: Path) -> None:
 
 
 def _plot(shown: ShownDataset, path: Path) -> None:
-    from .datasets import plot_dataset
+    from ...figures.matplotlib_renderer import write_figure
 
-    plot_dataset(shown.snapshot.table, path)
+    write_figure(shown.figures()[0], path)
 
 
 DATASET_LIST = Operation(

@@ -18,6 +18,7 @@ from .promote import NamedVersion
 if TYPE_CHECKING:
     from ....training.registry.records import Version
     from ....training.tuning.trials import SettingsSearch
+    from ...figures.figure import Figure
 
 
 class ShownModel(Request):
@@ -80,6 +81,12 @@ class ModelVersion(Result):
         ]
         return (*version_tables(self.row), Table("Settings", settings, none), Lines("", lines))
 
+    def figures(self) -> Sequence[Figure]:
+        """The trials of its searches, where it has any."""
+        from .charts import searches_figure
+
+        return (searches_figure(self.searches),) if self.searches else ()
+
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock models show --json` prints it, with every trial of the searches."""
         from .tables import json_row
@@ -110,14 +117,14 @@ def _show(request: ShownModel, laboratory: Laboratory, _: Progress) -> ModelVers
 
 
 def _plot(shown: ModelVersion, path: Path) -> None:
-    from .searches import draw_searches
+    from ...figures.matplotlib_renderer import write_figure
 
     if not shown.searches:
         raise LookupError(
             f"{shown.version.label} has no trials to draw: nothing was searched, or older software "
             "trained it"
         )
-    draw_searches(shown.searches, path)
+    write_figure(shown.figures()[0], path)
 
 
 @dataclass(frozen=True)

@@ -276,7 +276,7 @@ def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
 def test_a_specification_is_drawn_before_the_search(filled: Lab) -> None:
     answer = post_json(filled.client, "/tune/target", {"text": SPECIFICATION, "tolerance": "3dB"})
     assert answer.status_code == 200 and "+3/−3 dB" in answer.json()["sentence"]
-    assert {trace.get("name") for trace in answer.json()["figure"]["data"]} > {
+    assert {own["name"] for own in answer.json()["figure"]["series"]} > {
         "prescribed",
         "tolerance",
     }
