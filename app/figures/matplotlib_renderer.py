@@ -303,8 +303,8 @@ def _set_axis(
     low, high = plot.limits(direction)
     if present is not None:
         # a logarithmic axis of what is there already has no zero
-        ends = [end for end in (low, high) if end > 0 or own.get_scale() != "log"]
-        low, high = min(*ends, *present), max(*ends, *present)
+        values = [end for end in (low, high) if end > 0 or own.get_scale() != "log"]
+        low, high = min(*values, *present), max(*values, *present)
     ends = (high, low) if axis.reversed else (low, high)
     (axes.set_xlim if direction == "x" else axes.set_ylim)(*ends)
     if axis.hidden:
