@@ -191,7 +191,6 @@ def diagnosis_figure(diagnosis: GapDiagnosis) -> PlotGrid:
 def _path_plot(diagnosis: GapDiagnosis) -> Plot:
     from ..operations.diagnose.report_charts import path_rows
 
-    roles = {"bar-error": ColourRole.BEFORE, "bar-gone": ColourRole.AFTER}
     rows = path_rows(diagnosis.verdict)
     bars = tuple(
         BarSeries(
@@ -201,7 +200,7 @@ def _path_plot(diagnosis: GapDiagnosis) -> Plot:
             horizontal=True,
             labels=(row.value,),
             detail=row.name,
-            role=roles.get(row.kind, ColourRole.NOISE),
+            role=row.role,
         )
         for place, row in enumerate(rows)
     )

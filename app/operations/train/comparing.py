@@ -67,8 +67,13 @@ class Comparisons:
         }
         searched: list[dict[str, Any]] = [{"setting": "chosen by a search", **chosen_by_search}]
         return searched + [
-            {"setting": name}
-            | {version.label: self.settings[version.label].get(name) for version in self.versions}
+            {
+                "setting": name,
+                **{
+                    version.label: self.settings[version.label].get(name)
+                    for version in self.versions
+                },
+            }
             for name in names
         ]
 
