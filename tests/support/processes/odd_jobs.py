@@ -20,7 +20,7 @@ from pyroshock.schema.session import Store
 #: Of the tests' workers: beats every 50 ms.
 LEASE_S = 0.3
 
-Do = Callable[[RunningJob, str], Result | Ending | None]
+Do = Callable[[RunningJob, str], JobResult | Ending | None]
 
 
 @dataclass(frozen=True)
