@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pyroshock.app.common.plots import new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.app.common.plots import new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 
 from .harness import Figure, Spread, table, table_row, version_of
 

@@ -20,7 +20,7 @@ import pytest
 REPOSITORY = Path(__file__).resolve().parent.parent
 NOT_SHIPPED = ("tests", "benchmarks", "docs", "deploy", "tools")
 NOT_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")
-HEAVY_MODULES = ("torch", "mlflow", "matplotlib", "plotly", "pandas", "scipy.signal")
+HEAVY_MODULES = ("torch", "mlflow", "matplotlib", "pandas", "scipy.signal")
 HELP_LIMIT_S = 0.5
 DATA_FILES = ("py.typed", "schema/data/*.csv", "schema/migrations/**/*.py", "examples/**/*")
 

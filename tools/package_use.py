@@ -23,6 +23,8 @@ PACKAGES: Mapping[str, str] = {
     "torch": "torch",
     "scipy": "scipy",
     "pyDOE3": "pyDOE3",
+    "jinja2": "jinja2",
+    "plutoprint": "plutoprint",
     "pytest": "pytest",
 }
 

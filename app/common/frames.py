@@ -1,5 +1,5 @@
 """What notebooks give and get: quantities (numbers in SI, text with a unit, pint's), DataFrames
-whose columns bear their units, which `.attrs["units"]` lists, axes, tables as HTML and progress
+whose columns bear their units, which `.attrs["units"]` lists, tables as HTML and progress
 bars."""
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from .progress import Step, notebook_bar
+from .unit_endings import unit_ending
 
 if TYPE_CHECKING:
     import pint
@@ -19,41 +20,13 @@ if TYPE_CHECKING:
     #: What every argument takes that has a unit.
     Quantity = float | str | pint.Quantity[Any]
     import pandas as pd
-    from matplotlib.axes import Axes
-
-
-#: End of a column's name -> unit, the longer ends first: "_m_s2" also ends with "_s2".
-_UNITS = {
-    "_m_s2": "m/s2",
-    "_kg_m3": "kg/m3",
-    "_kg_s": "kg/s",
-    "_m_s": "m/s",
-    "_n_s": "N s",
-    "_n_m": "N/m",
-    "_mb": "MB",
-    "_hz": "Hz",
-    "_pa": "Pa",
-    "_kg": "kg",
-    "_m3": "m3",
-    "_m2": "m2",
-    "_mm": "mm",
-    "_nm": "N m",
-    "_db": "dB",
-    "_n": "N",
-    "_j": "J",
-    "_k": "K",
-    "_v": "V",
-    "_m": "m",
-    "_s": "s",
-}
 
 
 def unit_of(column: str) -> str:
     """The unit that the end of a column's name says; "" where it says none."""
     name = column.removesuffix("_mean").removesuffix("_lower").removesuffix("_upper")
-    return next(
-        (unit for end, unit in _UNITS.items() if name.endswith(end) and name != end[1:]), ""
-    )
+    entry = unit_ending(name)
+    return "" if entry is None else entry.plain
 
 
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:
@@ -97,15 +70,6 @@ def sorted_by(frame: pd.DataFrame, sort: str | None) -> pd.DataFrame:
     return frame.sort_values(
         column, ascending=rising, kind="stable", na_position="last", ignore_index=True
     )
-
-
-def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.0) -> Axes:
-    """The axes that were given, or those of a new figure that a notebook shows."""
-    if ax is not None:
-        return ax
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(figsize=(width, height), layout="constrained")[1]
 
 
 def titled_table(title: str, frame: pd.DataFrame, rows: int = 12) -> str:

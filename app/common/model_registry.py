@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ...dataset.table import PulseTable
     from ...schema.session import Store
-    from ...training.fitting.fitting import TrainingContext
+    from ...training.fitting.fitting import TrainingContext, TrainingFigures
     from ...training.models.catalogue import Budget
     from ...training.registry.records import Version
     from ...training.registry.registry import Registry
@@ -77,9 +77,15 @@ def needed(store_url: str) -> Registry:
 
 
 def context_of(
-    store: Store, dataset: str, registry: Registry, seed: int, budget: Budget
+    store: Store,
+    dataset: str,
+    registry: Registry,
+    seed: int,
+    budget: Budget,
+    figures: TrainingFigures | None = None,
 ) -> TrainingContext:
-    """A dataset of the store, to train on."""
+    """A dataset of the store, to train on; `figures` draws what stands beside each model, by
+    default nothing."""
     from ...dataset.snapshot import read_snapshot
     from ...dataset.velocities import kind_of_snapshot
     from ...training.fitting.fitting import TrainingContext
@@ -91,7 +97,7 @@ def context_of(
     name = DatasetName(
         snapshot.name, snapshot.hash, snapshot.predictors.name, snapshot.predictors.kind, velocity
     )
-    return TrainingContext(name, snapshot.table, seed, budget, registry.place.work)
+    return TrainingContext(name, snapshot.table, seed, budget, registry.place.work, figures)
 
 
 def splits_of(table: PulseTable, texts: str) -> list[str]:

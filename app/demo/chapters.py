@@ -1,18 +1,27 @@
 """Chapters 3 to 5 of the demo: a contact model, its validation, and a gap that a diagnosis shrinks.
 
-Each chapter calls the service of the command of its name, and draws one picture of the answer.
+Each chapter calls the service of the command of its name, and makes one figure of the answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...schema.session import Store
-from ..common.plots import MEASURED, QUIET, new_figure, save
-from ..common.plots import MODEL as PREDICTED
+from ..common.quantities import display_of
+from ..figures.figure import (
+    BarSeries,
+    ColourRole,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PointSeries,
+    as_floats,
+    equal_line,
+)
 from .virtual_campaign import REHEARSAL, VirtualCampaign
 
 if TYPE_CHECKING:
@@ -75,38 +84,39 @@ def train_model(store: Store, url: str, step: Step) -> TrainedModel:
     return TrainedModel(version, decision, len(snapshot.table))
 
 
-def draw_model(store: Store, url: str, model: TrainedModel, path: Path) -> None:
+def model_figure(store: Store, url: str, model: TrainedModel) -> PlotGrid:
     """Peak force and contact time that the model predicts for pulses that it has not seen, over the
     measured ones."""
     from ..common.model_registry import reader_of, registry_of
     from ..operations.train.figures import held_out_figures
 
     points = held_out_figures(registry_of(url), model.version, reader_of(store))["points"]
-    figure = new_figure(11, 4.2)
-    force_axes, time_axes = figure.subplots(1, 2)
-    _draw_against(force_axes, points["peak_force_n"], 1e-3, "peak force (kN)")
-    _draw_against(time_axes, points["contact_time_s"], 1e3, "contact time (ms)")
-    figure.suptitle(
-        f"{model.version.label}: pulses of configurations that it has not seen, with 90 % intervals"
+    pair = (
+        _against_plot(points["peak_force_n"], "peak_force_n"),
+        _against_plot(points["contact_time_s"], "contact_time_s"),
     )
-    save(figure, path)
+    title = f"{model.version.label}: pulses of configurations that it has not seen"
+    return PlotGrid(f"{title}, with 90 % intervals", (pair,))
 
 
-def _draw_against(axes: Any, columns: dict[str, Any], scale: float, what: str) -> None:
+def _against_plot(columns: dict[str, Any], quantity: str) -> Plot:
+    display = display_of(quantity)
     measured, predicted = (
-        [scale * value for value in columns[name]] for name in ("measured", "predicted")
+        display.scale * as_floats(columns[name]) for name in ("measured", "predicted")
     )
-    ends = [min(measured), max(measured)]
-    axes.plot(ends, ends, color=QUIET)
-    if columns["low"] is not None:
-        axes.vlines(
-            measured,
-            [scale * v for v in columns["low"]],
-            [scale * v for v in columns["high"]],
-            color=PREDICTED,
-        )
-    axes.plot(measured, predicted, "o", color=PREDICTED)
-    axes.set(xlabel=f"measured {what}", ylabel=f"predicted {what}")
+    low, high = (
+        None if columns[name] is None else display.scale * as_floats(columns[name])
+        for name in ("low", "high")
+    )
+    points = PointSeries(
+        *(measured, predicted),
+        y_low=low,
+        y_high=high,
+        detail="pulses",
+        role=ColourRole.MODEL,
+    )
+    x, y = (PlotAxis(f"{word} {display.label}", display.unit) for word in ("measured", "predicted"))
+    return Plot(display.label, x, y, (equal_line("", measured), points))
 
 
 def validate_model(store: Store, url: str, step: Step) -> TwinValidation:
@@ -128,13 +138,10 @@ def validation_json(validation: TwinValidation) -> dict[str, Any]:
     }
 
 
-def draw_validation(validation: TwinValidation, path: Path) -> None:
+def validation_figure(validation: TwinValidation) -> Plot:
     """The share of shots inside the 90 % band of each quantity."""
-    figure = new_figure(8, 4.2)
-    axes = figure.subplots()
-    validation.plot(axes)
-    axes.set_title("Shots that the twin has not seen; line: 90 %, bars: 95 % intervals")
-    save(figure, path)
+    title = "Shots that the twin has not seen; line: 90 %, bars: 95 % intervals"
+    return replace(validation.figure(), title=title)
 
 
 #: The effect that chapter 5 switches on: the valve passes less gas, and opens more slowly, than it
@@ -173,22 +180,30 @@ def diagnosis_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
     }
 
 
-def draw_diagnosis(diagnosis: GapDiagnosis, path: Path) -> None:
+def diagnosis_figure(diagnosis: GapDiagnosis) -> PlotGrid:
     """Left: the shares of the gap by effect. Right: what is left of it as the effects are added."""
-    figure = new_figure(13, 4.2)
-    share_axes, path_axes = figure.subplots(1, 2)
-    diagnosis.plot(share_axes)
-    share_axes.set_title("Which effects cause the gap")
-    _draw_path(path_axes, diagnosis)
-    save(figure, path)
+    shares = replace(diagnosis.figure(), title="Which effects cause the gap")
+    return PlotGrid(
+        f"Diagnosis of {diagnosis.verdict.campaign}", ((shares, _path_plot(diagnosis)),)
+    )
 
 
-def _draw_path(axes: Any, diagnosis: GapDiagnosis) -> None:
+def _path_plot(diagnosis: GapDiagnosis) -> Plot:
     from ..operations.diagnose.report_charts import path_rows
 
-    colours = {"bar-error": PREDICTED, "bar-gone": MEASURED}
-    rows: Sequence[Any] = path_rows(diagnosis.verdict)[::-1]
-    for place, row in enumerate(rows):
-        axes.barh(place, row.end - row.start, left=row.start, color=colours.get(row.kind, QUIET))
-    axes.set_yticks(range(len(rows)), [row.name for row in rows])
-    axes.set(xlabel="gap, in tolerances", title="What is left on configurations not fitted")
+    rows = path_rows(diagnosis.verdict)
+    bars = tuple(
+        BarSeries(
+            np.array([float(place)]),
+            np.array([row.end]),
+            np.array([row.start]),
+            horizontal=True,
+            labels=(row.value,),
+            detail=row.name,
+            role=row.role,
+        )
+        for place, row in enumerate(rows)
+    )
+    names = PlotAxis("step", categories=tuple(row.name for row in rows) or ("none",), reversed=True)
+    title = "What is left on configurations not fitted"
+    return Plot(title, PlotAxis("gap", "tolerances", from_zero=True), names, bars)

@@ -21,6 +21,7 @@ from ..doors.command_line.common import (
     print_table,
     write_json,
 )
+from ..figures.matplotlib_renderer import write_figure
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -130,7 +131,8 @@ class _Story:
 
 
 def _measured_shots(story: _Story) -> None:
-    from ..operations.predict.tables import plot_prediction, quantity_rows
+    from ..operations.predict.figures import prediction_figure
+    from ..operations.predict.tables import quantity_rows
     from . import demo as job
 
     for report in job.ingest_examples(story.store):
@@ -138,9 +140,9 @@ def _measured_shots(story: _Story) -> None:
     with story.store.reading() as session:
         comparison = job.compare_with_table_5_1(session)
         hit = job.hit_figures(session)
-        job.draw(session, comparison, story.picture(1))
+        write_figure(job.examples_figure(session, comparison), story.picture(1))
     prediction, notes = job.predict_a_shot(story.store, story.url)
-    plot_prediction(prediction, story.out / SHOT)
+    write_figure(prediction_figure(prediction), story.out / SHOT)
     predicted = list(quantity_rows(prediction))
     story.data |= {
         "shots": comparison.rows,
@@ -181,13 +183,13 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 def _virtual_campaign(story: _Story) -> None:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
-    from .virtual_campaign import REHEARSAL, draw_campaign, fire_campaign
+    from .virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
 
     with progress_bar(f"Simulating {REHEARSAL.name}", "recordings") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
     with story.store.reading() as session:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
-    draw_campaign(story.store, REHEARSAL.name, story.picture(2))
+    write_figure(campaign_figure(story.store, REHEARSAL.name), story.picture(2))
     story.data["rehearsal"] = result.as_row()
     repeats = (
         f", and {result.repeat} ask for a repeat because a check rejects their recordings"
@@ -207,7 +209,7 @@ def _virtual_campaign(story: _Story) -> None:
 
 def _contact_model(story: _Story) -> None:
     from ..common.model_registry import MissingExtraError
-    from .chapters import draw_model, train_model
+    from .chapters import model_figure, train_model
 
     try:
         with progress_bar("Training a model", "models") as step:
@@ -216,7 +218,7 @@ def _contact_model(story: _Story) -> None:
         story.skipped |= {3, 4}
         story.tell(f"Chapters 3 and 4 are skipped, since they need the extra `models`: {error}.")
         return
-    draw_model(story.store, story.url, model, story.picture(3))
+    write_figure(model_figure(story.store, story.url, model), story.picture(3))
     story.data["contact_model"] = model.as_json()
     for sentence in _model_sentences(model):
         story.tell(sentence)
@@ -236,11 +238,11 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
 
 def _validation(story: _Story) -> None:
-    from .chapters import draw_validation, validate_model, validation_json
+    from .chapters import validate_model, validation_figure, validation_json
 
     with progress_bar("Validating the predictions", "shots") as step:
         validation = validate_model(story.store, story.url, step)
-    draw_validation(validation, story.picture(4))
+    write_figure(validation_figure(validation), story.picture(4))
     story.data["validation"] = validation_json(validation)
     story.tell(
         "The twin predicts each shot of the campaign after it has learned from the shots of other "
@@ -256,8 +258,8 @@ def _gap(story: _Story) -> None:
         EFFECT,
         STRENGTH,
         diagnose_gap,
+        diagnosis_figure,
         diagnosis_json,
-        draw_diagnosis,
     )
     from .virtual_campaign import fire_campaign
 
@@ -265,7 +267,7 @@ def _gap(story: _Story) -> None:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
     with progress_bar(f"Diagnosing {CHANGED.name}", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)
-    draw_diagnosis(diagnosis, story.picture(5))
+    write_figure(diagnosis_figure(diagnosis), story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)
     story.tell(
         f"The virtual bench fires {result.shots} more shots with an effect "

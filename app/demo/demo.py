@@ -7,7 +7,6 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import as_file, files
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,8 +26,16 @@ from ...signals.srs.spectrum import octave_grid
 from ...twin.gun.bench import GunBench
 from ...twin.gun.nominal import muzzle_velocity
 from ..common.nominal_velocity import with_predictions
-from ..common.plots import MEASURED, MODEL, new_figure, save
-from ..operations.impacts.impact_plot import draw_pulse
+from ..figures.figure import (
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PointSeries,
+    as_floats,
+)
+from ..operations.impacts.impact_plot import pulse_plot
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction
@@ -168,38 +175,34 @@ def _hit(session: Session) -> tuple[int, Pulse]:
     return recording, pulse
 
 
-def draw(session: Session, comparison: GunComparison, path: Path) -> None:
+def examples_figure(session: Session, comparison: GunComparison) -> PlotGrid:
     """Left: measured velocities on the model's curve (Fig. 5.2). Right: the hammer hit's force
     (Fig. 4.5)."""
-    figure = new_figure(11, 4.2)
-    shots_axes, right = figure.subplots(1, 2)
-    _draw_shots(shots_axes, session, comparison)
-    recording, pulse = _hit(session)
-    draw_pulse(right, session, recording, pulse)
-    right.set_title("A recorded hammer hit and its pulse")
-    save(figure, path)
+    hit = replace(pulse_plot(session, *_hit(session)), title="A recorded hammer hit and its pulse")
+    return PlotGrid("Measured examples", ((_shots_plot(session, comparison), hit),))
 
 
-def _draw_shots(axes: Any, session: Session, comparison: GunComparison) -> None:
+def _shots_plot(session: Session, comparison: GunComparison) -> Plot:
     rows = comparison.rows
     mass = next(iter_shots(session, SHOTS))["bullet_mass_kg"]
     pressure = np.linspace(0.05, 1.1 * max(row["pressure_bar"] for row in rows), 200)
-    axes.plot(
-        pressure,
-        muzzle_velocity(comparison.gun, pressure * 1e5, mass),
-        color=MODEL,
-        label="model, eq. 2.16 and 2.18",
+    velocity = muzzle_velocity(comparison.gun, pressure * 1e5, mass)
+    measured, uncertainty = (
+        as_floats([row[key] for row in rows]) for key in ("measured_m_s", "u_m_s")
     )
-    axes.errorbar(
-        [row["pressure_bar"] for row in rows],
-        [row["measured_m_s"] for row in rows],
-        yerr=[2 * row["u_m_s"] for row in rows],
-        fmt="o",
-        color=MEASURED,
-        capsize=3,
-        label="measured by laser (bars: 2u, eq. 5.2)",
+    return Plot(
+        f"Five gun shots: mean absolute error {comparison.mean_error_percent:.2f} %",
+        PlotAxis("tank pressure, gauge", "bar"),
+        PlotAxis("muzzle velocity", "m/s"),
+        (
+            LineSeries(pressure, velocity, name="model, eq. 2.16 and 2.18", role=ColourRole.MODEL),
+            PointSeries(
+                as_floats([row["pressure_bar"] for row in rows]),
+                measured,
+                y_low=measured - 2 * uncertainty,
+                y_high=measured + 2 * uncertainty,
+                name="measured by laser (bars: 2u, eq. 5.2)",
+                role=ColourRole.MEASURED,
+            ),
+        ),
     )
-    axes.set_xlabel("tank pressure, gauge (bar)")
-    axes.set_ylabel("muzzle velocity (m/s)")
-    axes.set_title(f"Five gun shots: mean absolute error {comparison.mean_error_percent:.2f} %")
-    axes.legend(frameon=False)

@@ -16,7 +16,16 @@ from ...ingest.storing.plan_link import link_campaign
 from ...schema.listings import iter_shots
 from ...schema.session import Store
 from ..common.nominal_velocity import with_predictions
-from ..common.plots import MEASURED, QUIET, new_figure, save
+from ..figures.figure import (
+    ColourRole,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PointSeries,
+    as_floats,
+    equal_line,
+)
+from ..operations.plan.figures import run_order_figure
 from ..operations.plan.planning import make_plan
 from ..operations.plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
 
@@ -130,10 +139,9 @@ def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
     return make_plan(store, method, campaign.name, **given, **runs)
 
 
-def draw_campaign(store: Store, name: str, path: Path) -> None:
+def campaign_figure(store: Store, name: str) -> PlotGrid:
     """Left: the levels of the plan from run to run. Right: measured velocities over those of the
     nominal gun."""
-    from ..figures.design_quality import draw_runs
 
     with store.reading() as session:
         plan = read_plan(session, name)
@@ -142,24 +150,19 @@ def draw_campaign(store: Store, name: str, path: Path) -> None:
             for s in with_predictions(session, iter_shots(session, name))
             if s["measured_velocity_m_s"]
         ]
-    figure = new_figure(11, 4.2)
-    plan_axes, velocity_axes = figure.subplots(1, 2)
-    draw_runs(plan_axes, plan.space, plan.treatments("planned", "done"))
-    plan_axes.set_title(f"The plan: {len(plan.runs)} runs, dark for low and bright for high levels")
-    nominal = [shot["predicted_velocity_m_s"] for shot in shots]
-    velocity_axes.plot(
-        [0, max(nominal)], [0, max(nominal)], color=QUIET, label="as the nominal gun"
+    title = f"The plan: {len(plan.runs)} runs"
+    order = run_order_figure(plan.space, plan.treatments("planned", "done"), title)
+    nominal, measured = (
+        as_floats([shot[key] for shot in shots])
+        for key in ("predicted_velocity_m_s", "measured_velocity_m_s")
     )
-    velocity_axes.plot(
-        nominal,
-        [shot["measured_velocity_m_s"] for shot in shots],
-        "o",
-        color=MEASURED,
-        label="virtual shots",
+    velocities = Plot(
+        f"{len(shots)} shots on the virtual bench",
+        PlotAxis("velocity of the nominal gun", "m/s"),
+        PlotAxis("velocity on the virtual bench", "m/s"),
+        (
+            equal_line("as the nominal gun", np.zeros(1), nominal),
+            PointSeries(nominal, measured, name="virtual shots", role=ColourRole.MEASURED),
+        ),
     )
-    velocity_axes.set(
-        xlabel="velocity of the nominal gun (m/s)", ylabel="velocity on the virtual bench (m/s)"
-    )
-    velocity_axes.set_title(f"{len(shots)} shots on the virtual bench")
-    velocity_axes.legend(frameon=False)
-    save(figure, path)
+    return PlotGrid(f"Campaign {name}", ((order, velocities),))

@@ -1,8 +1,8 @@
 """What a report holds, whatever it is written as: a title, facts, and sections of text, tables,
 bars and figures.
 
-`page` makes a web page of it and `pdf` a PDF. Words stand here as they are; each writer escapes
-them in its own way.
+`page` makes a web page of it, which `pdf` prints. Words stand here as they are; the templates
+escape them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from ...array_types import Floats
 from ..common.number_format import NOTHING, format_number
 from ..common.quantities import measured_cell
+from ..figures.figure import Plot
 
 #: What a table's cell may hold; numbers are set right and told to four digits, None is a dash.
 Cell = str | float | None
@@ -87,20 +88,10 @@ class Bars:
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A chart of `svg`; `keys` are the marks of its legend, by class, with their meaning."""
-
-    title: str
-    drawing: str
-    keys: Sequence[tuple[str, str]] = ()
-
-
-@dataclass(frozen=True)
 class ChartRow:
-    """Charts beside each other where there is room; `keys` are those of all of them."""
+    """Charts beside each other where there is room."""
 
-    figures: Sequence[Figure]
-    keys: Sequence[tuple[str, str]] = ()
+    figures: Sequence[Plot]
 
 
 Block = Paragraph | Bullets | Table | Bars | ChartRow

@@ -1,136 +1,135 @@
 """A report as one web page, whole in itself: no script, nothing fetched, so that it opens from a
-stick."""
+stick. `pdf` prints the same page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
 
-from .document import (
-    Bars,
-    Block,
-    Bullets,
-    Cell,
-    ChartRow,
-    Document,
-    Figure,
-    Paragraph,
-    Section,
-    ShareBar,
-    Table,
-    cell_text,
-    clean,
-)
-from .line_styles import STYLE, css
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from ..figures.figure import ColourRole
+from ..figures.inline_svg import inline_svg
+from ..figures.palette import CARD, Scheme, colour_of
+from .charts import legends_of
+from .document import Block, Document, ShareBar, Table, cell_text, clean
 
 #: Of a page that is a file: it may ask for nothing, send nothing and run nothing, whatever it is
 #: made to hold.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; base-uri 'none'"
+_TEMPLATES = Path(__file__).with_name("templates")
+#: Letters of a cell that stays on one line, of a word that a narrow column may break, and of the
+#: pieces that it is broken into.
+_ONE_LINE, _LONG_WORD, _PIECE = 16, 28, 20
 
 
 def html_of(document: Document) -> str:
     """The page; every text is escaped."""
-    facts = "".join(
-        f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in document.facts.items()
-    )
+    return render(document, stylesheet("page.css"))
+
+
+def render(document: Document, style: str, remarks: Sequence[str] = ()) -> str:
+    """The page in a style, with `remarks` at its end."""
+    template = _environment().get_template("document.html")
+    return template.render(document=document, style=style, remarks=remarks, policy=POLICY)
+
+
+def blocks_html(blocks: Sequence[Block]) -> str:
+    """The blocks of a section within another page, whose style holds `section_style`."""
+    return str(_environment().get_template("blocks.html").module.every(blocks))  # type: ignore[attr-defined]
+
+
+@cache
+def stylesheet(*names: str) -> str:
+    """The style of a whole page: colours, the parts of reports, and the files of these names."""
+    return _colours() + "".join(map(_css, ("parts.css", *names)))
+
+
+def section_style() -> str:
+    """The style of sections that stand in another page, within its elements of class "report"."""
+    return f"{_colours()}.report {{\n{_css('parts.css')}}}\n"
+
+
+def _css(name: str) -> str:
+    return (_TEMPLATES / name).read_text(encoding="utf-8")
+
+
+def _colours() -> str:
+    """The colours of all roles as custom properties; those of the light scheme on paper."""
+    light, dark = _properties("light"), _properties("dark")
     return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_text(document.name)}</title><style>{STYLE}{css()}</style></head>\n<body>\n"
-        f'<header><p class="kind">{_text(document.kind)}</p><h1>{_text(document.title)}</h1>'
-        f"<p>{_text(document.lead)}</p><dl>{facts}</dl></header>\n"
-        f"<main>{''.join(_section(section) for section in document.sections)}</main>\n"
-        "<footer><p>pyroshock report</p></footer>\n</body></html>\n"
+        f":root {{ color-scheme: light dark; {light} }}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
     )
 
 
-def _text(text: str) -> str:
-    return escape(clean(text))
-
-
-def _section(section: Section) -> str:
-    blocks = "".join(map(block_html, section.blocks))
-    return f"<section><h2>{_text(section.title)}</h2>{blocks}</section>\n"
-
-
-def block_html(block: Block) -> str:
-    """One block of a section."""
-    match block:
-        case Paragraph():
-            return f"<p{_QUIET if block.quiet else ''}>{_text(block.text)}</p>"
-        case Bullets():
-            items = "".join(f"<li>{_text(line)}</li>" for line in block.lines)
-            return f"<ul>{items}</ul>" if items else f"<p{_QUIET}>{_text(block.empty)}</p>"
-        case Table():
-            return _table(block)
-        case Bars():
-            return f'<div class="rows">{"".join(map(_bar, block.bars))}</div>'
-        case ChartRow():
-            figures = "".join(map(_figure, block.figures))
-            alone = " one" if len(block.figures) == 1 else ""
-            return f'{_keys(block.keys)}<div class="charts{alone}">{figures}</div>'
-
-
-_QUIET = ' class="quiet"'
-
-
-def _table(table: Table) -> str:
-    if not table.rows:
-        return f"<p{_QUIET}>{_text(table.empty)}</p>"
-    kinds = [_kind(table, i) for i in range(len(table.columns))]
-    head = "".join(
-        f'<th scope="col"{kind}>{_text(name)}</th>'
-        for kind, name in zip(kinds, table.columns, strict=True)
-    )
-    body = "".join(f"<tr>{_cells(kinds, row)}</tr>\n" for row in table.rows)
-    label = escape(clean(table.caption))
-    whole = (
-        f'<div class="scroll" role="region" tabindex="0" '
-        f'aria-label="{label}"><table><caption>{label}</caption>'
-        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
-    )
-    if not any("extra" in kind for kind in kinds):
-        return whole
-    return (
-        f'<div class="fold">{whole}<label><input type="checkbox"> Show all '
-        f"columns of this table</label></div>"
+def _properties(scheme: Scheme) -> str:
+    roles = {role.value: colour_of(role, scheme) for role in ColourRole}
+    return " ".join(
+        f"--{name}: {colour};" for name, colour in {**roles, "card": CARD[scheme]}.items()
     )
 
 
-def _kind(table: Table, column: int) -> str:
-    """The classes of a column: numbers, and those that a telephone leaves out at first."""
-    extra = bool(table.main) and table.columns[column] not in table.main
-    names = [name for name, holds in (("num", table.is_number(column)), ("extra", extra)) if holds]
-    return f' class="{" ".join(names)}"' if names else ""
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=_cleaned,
+    )
+    environment.filters |= {
+        "block_kind": lambda block: type(block).__name__.lower(),
+        "cell_text": cell_text,
+        "column_classes": _column_classes,
+        "cell_class": _cell_class,
+        "breakable": _breakable,
+        "bar_place": _bar_place,
+        "chart": lambda plot: Markup(inline_svg(plot)),  # noqa: S704  # escaped by its renderer
+        "legends": legends_of,
+    }
+    return environment
 
 
-def _cells(kinds: Sequence[str], row: Iterable[Cell]) -> str:
-    return "".join(
-        f"<td{kind}>{escape(cell_text(cell))}</td>" for kind, cell in zip(kinds, row, strict=True)
+def _cleaned(value: Any) -> Any:
+    return type(value)(clean(value)) if isinstance(value, str) else value
+
+
+def _column_classes(table: Table) -> list[str]:
+    """The classes of each column: numbers, and those that a telephone leaves out at first."""
+    return [
+        " ".join(
+            name
+            for name, holds in (
+                ("num", table.is_number(i)),
+                ("extra", bool(table.main) and column not in table.main),
+            )
+            if holds
+        )
+        for i, column in enumerate(table.columns)
+    ]
+
+
+def _cell_class(words: str) -> str:
+    """The class of a cell that stays on one line: a date with its time, a number with its unit."""
+    return " short" if len(words) <= _ONE_LINE else ""
+
+
+def _breakable(words: str) -> Markup:
+    """`words` with places where a narrow column may break its long ones."""
+    return Markup(" ").join(
+        Markup("<wbr>").join(word[i : i + _PIECE] for i in range(0, len(word), _PIECE))
+        if len(word) > _LONG_WORD
+        else escape(word)
+        for word in words.split(" ")
     )
 
 
-def _bar(bar: ShareBar) -> str:
+def _bar_place(bar: ShareBar) -> str:
     low, high = (100 * min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
-    note = f'<span class="about quiet">{_text(bar.about)}</span>' if bar.about else ""
-    lines = "".join(f"<li>{_text(line)}</li>" for line in bar.lines)
-    note += f'<ul class="about">{lines}</ul>' if lines else ""
-    return (
-        f'<div class="row"><span>{_text(bar.name)}</span><span '
-        f'class="value">{_text(bar.value)}</span><span class="track"><i class="{escape(bar.kind)}" '
-        f'style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>{note}</div>'
-    )
-
-
-def _figure(figure: Figure) -> str:
-    drawing, keys = clean(figure.drawing), _keys(figure.keys)
-    return f"<figure><h3>{_text(figure.title)}</h3>{drawing}{keys}</figure>"
-
-
-def _keys(keys: Sequence[tuple[str, str]]) -> str:
-    marks = "".join(
-        f'<span class="key"><i class="key-{escape(k)}"></i>{_text(words)}</span>'
-        for k, words in keys
-    )
-    return f'<p class="keys">{marks}</p>' if marks else ""
+    return f"left:{low:.1f}%;width:{high - low:.1f}%"

@@ -1,22 +1,30 @@
-"""A report as a PDF for print: A4, its own fonts in it, and the same bytes for the same report.
-Charts are drawn from the few SVG elements that `svg` writes."""
+"""A report as a PDF for print: the page of `page`, on A4 with fonts of its own in it, and the same
+bytes for the same report.
+
+PlutoPrint sets it. It reads no file and no address: the fonts that the style names are handed to
+it, and whatever else a page could name does not exist.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+import datetime as dt
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
-from xml.sax.saxutils import escape
+from threading import Lock
+from typing import Any
 
-from .document import Bars, Block, Bullets, ChartRow, Document, Figure, Paragraph, Table, clean
-from .line_styles import SeriesStyle, light, series_styles
+from .document import Document, Table, clean
+from .page import render, stylesheet
 
-if TYPE_CHECKING:
-    from reportlab.graphics.shapes import Drawing
-
-    from .pdf_sheet import PdfDocument
+#: The library shares the fonts' state among threads.
+_ONE_AT_A_TIME = Lock()
+#: Of a report without a date, which must have the same bytes each time.
+_NO_DATE = dt.date(2000, 1, 1)
+#: Points of a page on its side that the columns of a table share, and the room between two.
+_ACROSS, _BETWEEN = 770.0, 7.0
+#: px by which a page may be too narrow for its content, which rounding is.
+_ROUNDING = 1.0
+#: Letters of a title that the foot of a page has room for.
+_MOST_LETTERS = 60
 
 
 class MissingPdfError(ValueError):
@@ -24,230 +32,91 @@ class MissingPdfError(ValueError):
 
 
 def pdf_of(document: Document) -> bytes:
-    """The PDF. Raises `MissingPdfError` where ReportLab or the fonts are not installed."""
+    """The PDF. Raises `MissingPdfError` where PlutoPrint or the fonts are not installed."""
     try:
-        from .pdf_fonts import document_fonts
-        from .pdf_sheet import PdfDocument
+        import plutoprint
+
+        from .pdf_fonts import language_of, needs_cjk, printable, remarks_on_letters
     except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package not in ("reportlab", "manimgx_fonts_cjk"):
+        if error.name not in ("plutoprint", "manimgx_fonts_cjk"):
             raise
         raise MissingPdfError(
-            f"{package} is not installed; reports as PDF need it: pip install "
+            f"{error.name} is not installed; reports as PDF need it: pip install "
             f"'pyroshock[web]' (or --out FILE.html)"
         ) from error
-    into = BytesIO()
-    with document_fonts(document.words):
-        sheet = PdfDocument(document, into)
-        sheet.write(_story(document, sheet))
+    words = document.words
+    language = language_of(words) if needs_cjk(words) else None
+    style = stylesheet("page.css", "paper.css") + _fonts_and_foot(
+        language, printable(document.name)
+    )
+    text = printable(render(document, style, remarks_on_letters(words)))
+    blocks = [block for section in document.sections for block in section.blocks]
+    most_columns = max(
+        (len(block.columns) for block in blocks if isinstance(block, Table)), default=1
+    )
+    date = document.date or _NO_DATE
+    with _ONE_AT_A_TIME:
+        book = _fitting_book(text, most_columns)
+        book.set_metadata(plutoprint.PDF_METADATA_SUBJECT, clean(document.lead))
+        book.set_metadata(plutoprint.PDF_METADATA_CREATOR, "pyroshock")
+        for key in ("CREATION_DATE", "MODIFICATION_DATE"):
+            name = getattr(plutoprint, f"PDF_METADATA_{key}")
+            book.set_metadata(name, f"{date.isoformat()}T00:00:00Z")
+        into = BytesIO()
+        book.write_to_pdf_stream(into)
     return into.getvalue()
 
 
-def _story(document: Document, sheet: PdfDocument) -> list[Any]:
-    from .pdf_fonts import remarks_on_letters
-
-    story = [
-        sheet.text(_safe(document.kind.upper()), "quiet"),
-        sheet.text(_safe(document.title), "title"),
-    ]
-    if document.lead:
-        story.append(sheet.text(_safe(document.lead)))
-    facts = "; ".join(
-        f'<font color="{light()["quiet"]}">{_safe(name)}</font>&nbsp; {_safe(value)}'
-        for name, value in document.facts.items()
+def _fonts_and_foot(language: str | None, name: str) -> str:
+    """Where the fonts are, CJK letters in the shapes of `language`, and the foot of each page."""
+    faces = [("regular", "DejaVu Sans", 400), ("bold", "DejaVu Sans", 700)]
+    if language is not None:
+        # each weight has a file of its own: in a common one the first weight would hold for all
+        faces += [(language, "CJK", 400), (f"{language}-bold", "CJK bold", 700)]
+    fonts = "".join(
+        f"@font-face {{ font-family: '{family}'; font-weight: {weight}; src: url(font:{file}); }}\n"
+        for file, family, weight in faces
     )
-    story.append(sheet.text(facts))
-    for section in document.sections:
-        blocks = section.blocks or (Paragraph("None.", quiet=True),)
-        story += [sheet.room(_start(blocks, sheet)), sheet.text(_safe(section.title), "heading")]
-        for block in blocks:
-            story += _flowables(block, sheet)
-    return story + [
-        sheet.text(_safe(remark), "quiet") for remark in remarks_on_letters(document.words)
-    ]
+    short = name if len(name) <= _MOST_LETTERS else f"{name[: _MOST_LETTERS - 1]}…"
+    return f"{fonts}@page {{ @bottom-left {{ content: {_css_text(short)}; }} }}\n"
 
 
-def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
-    """Points that a heading needs: up to the first rows or charts, from which no page break should
-    part it."""
-    height = sheet.lines_height
-    for block in blocks:
-        if not isinstance(block, Paragraph):
-            return height + (
-                sheet.figure_height(block)
-                if isinstance(block, ChartRow)
-                else 2 * sheet.lines_height
-            )
-        height += sheet.lines_height
-    return height
-
-
-def _safe(text: str) -> str:
-    return escape(clean(text))
-
-
-def _flowables(block: Block, sheet: PdfDocument) -> list[Any]:
-    match block:
-        case Paragraph():
-            return [sheet.text(_safe(block.text), "quiet" if block.quiet else "text")]
-        case Bullets():
-            style = "remark" if block.quiet else "bullet"
-            lines = [sheet.text(f"•&nbsp; {_safe(line)}", style) for line in block.lines]
-            return lines or [sheet.text(_safe(block.empty), "quiet")]
-        case Table():
-            return _table(block, sheet)
-        case Bars():
-            return [part for bar in block.bars for part in sheet.bar(bar)]
-        case ChartRow():
-            keys = [sheet.text(_keys(block.keys), "quiet")] if block.keys else []
-            figures = [_figure(figure, sheet, len(block.figures)) for figure in block.figures]
-            return [sheet.room(sheet.figure_height(block)), *keys, *sheet.figures(figures)]
-
-
-def _table(table: Table, sheet: PdfDocument) -> list[Any]:
-    if not table.rows:
-        return [sheet.text(_safe(table.empty), "quiet")]
-    return [
-        sheet.room(2 * sheet.lines_height),
-        sheet.text(_safe(table.caption), "caption"),
-        sheet.table(table),
-    ]
-
-
-def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
-    drawing = drawing_of(figure.drawing, sheet.font, sheet.figure_width(count))
-    keys = [sheet.text(_keys(figure.keys), "quiet")] if figure.keys else []
-    return [sheet.text(_safe(figure.title), "figure"), drawing, *keys]
-
-
-def _keys(keys: Sequence[tuple[str, str]]) -> str:
-    """The marks of a legend in their colours."""
-    return " &nbsp;&nbsp; ".join(
-        f'<font color="{_colour(kind)}">{_sign(kind)}</font>&nbsp;{_unbroken(words)}'
-        for kind, words in keys
+def _css_text(text: str) -> str:
+    """A string of CSS, in which no letter of `text` ends the string or the style."""
+    letters = (
+        letter if letter.isascii() and letter.isalnum() else f"\\{ord(letter):06x} "
+        for letter in text
     )
+    return f'"{"".join(letters)}"'
 
 
-def _unbroken(words: str) -> str:
-    """Some words that no line ends within; many."""
-    return _safe(words.replace(" ", "\u00a0") if len(words) <= 40 else words)
+def _fitting_book(text: str, most_columns: int) -> Any:
+    """Upright pages if no table is wider, pages on their side else; at last with columns of one
+    width, whose words are broken anywhere."""
+    for is_turned in (False, True):
+        book = lay_out(text, is_turned)
+        if book.get_document_width() <= book.get_viewport_width() + _ROUNDING:
+            return book
+    width = max(_ACROSS / most_columns - _BETWEEN, 1.0)
+    style = f"th, td, td.short, td.num {{ max-width: {width:.1f}pt; white-space: normal; }}"
+    return lay_out(text.replace("</style>", f"{style}</style>", 1), is_turned=True)
 
 
-def _colour(kind: str) -> str:
-    name = "measured-line" if kind == "measured" else kind
-    return series_styles()[name].stroke or series_styles()[name].fill or light()["ink"]
+def lay_out(text: str, is_turned: bool = False) -> Any:
+    """A page of HTML as a book of PlutoPrint, upright or on its side."""
+    import plutoprint
 
+    from .pdf_fonts import font_file
 
-def _sign(kind: str) -> str:
-    if kind in ("before", "floor", "tolerance", "interval"):
-        return {"before": "○", "floor": "■", "tolerance": "╌", "interval": "┃"}[kind]
-    return "━" if kind.startswith("line") else "●"
+    class Fonts(plutoprint.ResourceFetcher):
+        def fetch_url(self, url: str) -> Any:
+            scheme, _, name = url.partition(":")
+            if scheme != "font":
+                raise ValueError(f"a report names {url!r}; it may name its fonts alone")
+            return plutoprint.ResourceData(font_file(name.partition("-")[0]), "font/ttf")
 
-
-_TURNED = re.compile(r"translate\(([-\d.]+) ([-\d.]+)\) rotate\(-90\)")
-#: Of all words of a chart, in its units, as the style of the page says; in a small chart more, up
-#: to `_LEAST_POINTS`.
-_FONT_SIZE = 11.0
-_LEAST_POINTS = 6.0
-
-
-def drawing_of(svg: str, font: str, width: float) -> Drawing:
-    """A chart `width` points wide. Raises `ValueError` for an element or a class that charts do not
-    have."""
-    from reportlab.graphics.shapes import Drawing, Group
-
-    root = ElementTree.fromstring(clean(svg))  # noqa: S314  # our own, drawn a moment ago
-    _, _, across, up = (float(part) for part in root.attrib["viewBox"].split())
-    scale = width / across
-    # SVG counts down from the top, paper up from the bottom
-    group = Group(transform=(scale, 0, 0, -scale, 0, scale * up))
-    for element in root:
-        for shape in _shapes(element, font, max(_FONT_SIZE, _LEAST_POINTS / scale)):
-            group.add(shape)
-    drawing = Drawing(width, scale * up)
-    drawing.add(group)
-    return drawing
-
-
-def _shapes(element: ElementTree.Element, font: str, size: float) -> list[Any]:
-    from reportlab.graphics import shapes
-
-    at = element.attrib
-    ink = _ink(at["class"])
-    match element.tag:
-        case "line":
-            return [
-                shapes.Line(*(float(at[key]) for key in ("x1", "y1", "x2", "y2")), **_stroke(ink))
-            ]
-        case "polyline":
-            points = _points(at["points"])
-            return (
-                [shapes.PolyLine(points, strokeLineJoin=1, **_stroke(ink))]
-                if len(points) >= 4
-                else []
-            )
-        case "polygon":
-            points = _points(at["points"])
-            return (
-                [shapes.Polygon(points, strokeColor=None, **_fill(ink))] if len(points) >= 6 else []
-            )
-        case "circle":
-            ends = {key: float(at[key]) for key in ("cx", "cy", "r")}
-            return [shapes.Circle(**ends, **_fill(ink), **_stroke(ink))]
-        case "text":
-            return [_words(element, font, size, ink)]
-    raise ValueError(f"a chart has the element {element.tag!r}, which reports on paper do not know")
-
-
-def _words(element: ElementTree.Element, font: str, size: float, ink: SeriesStyle) -> Any:
-    from reportlab.graphics import shapes
-
-    at = element.attrib
-    turned = _TURNED.fullmatch(at.get("transform", ""))
-    x, y = (float(turned[1]), float(turned[2])) if turned else (float(at["x"]), float(at["y"]))
-    from .pdf_fonts import font_runs, width_of
-
-    if turned:  # a title is no longer than its axis, at whose middle it stands
-        size *= min(1.0, 2 * y / width_of(element.text or " ", font, size))
-    runs = font_runs(element.text or "", font)
-    widths = [width_of(piece, name, size) for name, piece in runs]
-    start = -sum(widths) * {"start": 0.0, "middle": 0.5, "end": 1.0}[at["text-anchor"]]
-    text = shapes.Group()
-    for (name, piece), width in zip(runs, widths, strict=True):
-        text.add(shapes.String(start, 0, piece, fontName=name, fontSize=size, **_fill(ink)))
-        start += width
-    # letters stand upright again in axes that count downwards; turned ones read upwards
-    return shapes.Group(text, transform=(0, -1, -1, 0, x, y) if turned else (1, 0, 0, -1, x, y))
-
-
-def _ink(name: str) -> SeriesStyle:
-    if name not in series_styles():
-        raise ValueError(
-            f"a chart has the class {name!r}, which has no ink on paper; "
-            f"there are: {', '.join(series_styles())}"
-        )
-    return series_styles()[name]
-
-
-def _points(text: str) -> list[float]:
-    return [float(number) for pair in text.split() for number in pair.split(",")]
-
-
-def _fill(ink: SeriesStyle) -> dict[str, Any]:
-    from reportlab.lib.colors import HexColor
-
-    if ink.fill is None:
-        return {"fillColor": None}
-    return {"fillColor": HexColor(ink.fill), "fillOpacity": ink.opacity}
-
-
-def _stroke(ink: SeriesStyle) -> dict[str, Any]:
-    from reportlab.lib.colors import HexColor
-
-    if ink.stroke is None:
-        return {"strokeColor": None}
-    return {
-        "strokeColor": HexColor(ink.stroke),
-        "strokeWidth": ink.width,
-        "strokeDashArray": list(ink.dash) or None,
-    }
+    size = plutoprint.PAGE_SIZE_A4.landscape() if is_turned else plutoprint.PAGE_SIZE_A4
+    book = plutoprint.Book(size, plutoprint.PAGE_MARGINS_NONE, plutoprint.MEDIA_TYPE_PRINT)
+    book.custom_resource_fetcher = Fonts()
+    book.load_html(text)
+    return book

@@ -1,139 +1,93 @@
 """The fonts of a PDF, which its file holds: DejaVu Sans (matplotlib brings it), and Noto Sans CJK
 for Chinese, Japanese and Korean letters. No font of the machine is read, so that a report looks the
-same wherever it is made.
-
-ReportLab embeds quadratic outlines (TrueType) and Noto's are cubic ones of variable weight (CFF2):
-the letters of a document are converted when its PDF begins.
-"""
+same wherever it is made."""
 
 from __future__ import annotations
 
+import struct
 import unicodedata
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from functools import cache
-from io import BytesIO
 from pathlib import Path
-from threading import RLock
-from typing import Any
 
 import manimgx_fonts_cjk
-from reportlab.pdfbase import pdfmetrics
-from reportlab.pdfbase.pdfmetrics import stringWidth
-from reportlab.pdfbase.ttfonts import TTFont
 
-REGULAR, BOLD = "DejaVuSans", "DejaVuSans-Bold"
-_CJK_FILE = Path(str(manimgx_fonts_cjk.__file__)).with_name("NotoSansCJK-VF.otf.ttc")
-#: Of the letters that DejaVu lacks, by the font that they stand beside.
-_CJK_NAMES = {REGULAR: "NotoSansCJK", BOLD: "NotoSansCJK-Bold"}
-_CJK_WEIGHTS = {REGULAR: 400, BOLD: 700}
 #: The place of a letter that no font has.
 PLACEHOLDER = "□"
 #: Characters that a remark names before it counts.
 _MOST_NAMED = 8
-#: ReportLab keeps the fonts of a process by their names: one document at a time has letters under
-#: these.
-_CJK_IN_USE = RLock()
+_CJK_FILE = Path(str(manimgx_fonts_cjk.__file__)).with_name("NotoSansCJK-VF.otf.ttc")
+_NAMES = {"regular": "DejaVuSans.ttf", "bold": "DejaVuSans-Bold.ttf"}
+#: The faces of the collection, by the language whose shapes they have.
+_FACES = {"ja": 0, "ko": 1, "zh": 2}
 
 
-@cache
-def fonts() -> tuple[str, str]:
-    """The names of regular and bold, registered once: Latin, Greek, Cyrillic, ± and ≤ are in
-    them."""
-    import matplotlib
+def font_file(name: str) -> bytes:
+    """The font "regular" or "bold", or the collection with the face "ja", "ko" or "zh" first.
 
-    for name in (REGULAR, BOLD):
-        pdfmetrics.registerFont(
-            TTFont(name, Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf")
-        )
-    return REGULAR, BOLD
-
-
-@contextmanager
-def document_fonts(text: str) -> Iterator[None]:
-    """Every font that `text` needs is registered within the block."""
-    fonts()
-    letters = _cjk_letters(text)
-    if not letters:
-        yield
-        return
-    with _CJK_IN_USE:
-        faces = _converted(letters, _face(text))
-        for font in faces:
-            pdfmetrics.registerFont(font)
-        try:
-            yield
-        finally:
-            for font in faces:
-                font.unregister()
+    A style cannot choose among the faces of a collection, and a reader takes the first.
+    """
+    if name in _NAMES:
+        return _dejavu(name).read_bytes()
+    content = bytearray(_CJK_FILE.read_bytes())
+    (first,) = struct.unpack_from(">I", content, 12)
+    (face,) = struct.unpack_from(">I", content, 12 + 4 * _FACES[name])
+    struct.pack_into(">I", content, 12, face)
+    struct.pack_into(">I", content, 12 + 4 * _FACES[name], first)
+    return bytes(content)
 
 
-def font_runs(text: str, font: str) -> list[tuple[str, str]]:
-    """`text` in pieces with the font of each: `font` or, for letters that it lacks, another that
-    has them. □ stands for a letter that none has; marks that only steer how others are drawn are
-    left out then."""
+def _dejavu(name: str) -> Path:
+    import matplotlib as mpl
+
+    return Path(mpl.get_data_path()) / "fonts" / "ttf" / _NAMES[name]
+
+
+def language_of(text: str) -> str:
+    """Which shapes the shared letters of `text` have: kana are Japanese, Hangul is Korean."""
+    names = [unicodedata.name(letter, "") for letter in set(text)]
+    if any(name.startswith(("HIRAGANA", "KATAKANA")) for name in names):
+        return "ja"
+    return "ko" if any(name.startswith("HANGUL") for name in names) else "zh"
+
+
+def needs_cjk(text: str) -> bool:
+    """Whether `text` has letters that only the collection has."""
+    return any(ord(letter) in _cjk_codes() - _latin_codes() for letter in set(text) if letter > "~")
+
+
+def printable(text: str) -> str:
+    """`text` with its accents joined (names of files from a Mac have them apart) and □ for each
+    letter that no font has. Marks that only steer how those are drawn are left out."""
     if text.isascii():
-        return [(font, text)]
-    beside = font if font in _CJK_NAMES else REGULAR
-    runs: list[tuple[str, str]] = []
-    for letter in unicodedata.normalize(
-        "NFC", text
-    ):  # names of files from a Mac have their accents apart
-        name, shown = _font_of(letter, beside), letter
-        if name is None:
-            name, shown = beside, "" if _steers(letter) else PLACEHOLDER
-        name = font if name == beside else name
-        if runs and runs[-1][0] == name:
-            runs[-1] = (name, runs[-1][1] + shown)
-        else:
-            runs.append((name, shown))
-    return runs
-
-
-def width_of(text: str, font: str, size: float) -> float:
-    """Points that `text` is wide, each letter in the font that has it."""
-    return float(sum(stringWidth(piece, name, size) for name, piece in font_runs(text, font)))
-
-
-def marked_letters(markup: str, font: str) -> tuple[str, bool]:
-    """Escaped text in which the letters that `font` lacks bear their own font, and whether there
-    are any."""
-    runs = font_runs(markup, font)
-    marked = "".join(
-        piece if name == font else f'<font name="{name}">{piece}</font>' for name, piece in runs
+        return text
+    text = unicodedata.normalize("NFC", text)
+    return text.translate(
+        {ord(letter): "" if _steers(letter) else PLACEHOLDER for letter in _missing(text)}
     )
-    return marked, any(name != font for name, _ in runs)
 
 
 def remarks_on_letters(text: str) -> list[str]:
     """What a reader must know of how the letters of `text` are shown, a sentence each."""
-    if text.isascii():
+    missing = [letter for letter in _missing(text) if not _steers(letter)]
+    if not missing:
         return []
-    letters = sorted(set(unicodedata.normalize("NFC", text)))
-    missing = [
-        letter for letter in letters if _font_of(letter, REGULAR) is None and not _steers(letter)
+    names = [
+        f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}" for letter in missing
     ]
-    remarks = []
-    if missing:
-        names = [
-            f"U+{ord(letter):04X} {unicodedata.name(letter, 'without a name')}"
-            for letter in missing
-        ]
-        more = [f"and {len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
-        remarks.append(
-            f"{PLACEHOLDER} stands in this PDF for characters that its fonts lack: "
-            f"{', '.join([*names[:_MOST_NAMED], *more])}. The same report as HTML shows them."
-        )
-    if any(
-        unicodedata.bidirectional(letter) in ("R", "AL")
+    more = [f"and {len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
+    return [
+        f"{PLACEHOLDER} stands in this PDF for characters that its fonts lack: "
+        f"{', '.join([*names[:_MOST_NAMED], *more])}. The same report as HTML shows them."
+    ]
+
+
+def _missing(text: str) -> list[str]:
+    letters = {letter for letter in unicodedata.normalize("NFC", text) if letter > "~"}
+    return sorted(
+        letter
         for letter in letters
-        if letter not in missing
-    ):
-        remarks.append(
-            "Arabic and Hebrew letters stand unjoined and from left to right in this PDF. The same "
-            "report as HTML shows them joined and from right to left."
-        )
-    return remarks
+        if ord(letter) not in _latin_codes() and ord(letter) not in _cjk_codes()
+    )
 
 
 def _steers(letter: str) -> bool:
@@ -144,95 +98,18 @@ def _steers(letter: str) -> bool:
     )
 
 
-def _font_of(letter: str, beside: str) -> str | None:
-    """The font of a letter that stands in a text of the font `beside`."""
-    if ord(letter) <= 0x7E:
-        return beside
-    for name in (beside, REGULAR):
-        if ord(letter) in _own_letters(name):
-            return name
-    return _CJK_NAMES[beside] if ord(letter) in _cjk_codes() else None
-
-
 @cache
-def _own_letters(name: str) -> frozenset[int]:
-    fonts()
-    return frozenset(pdfmetrics.getFont(name).face.charToGlyph)
+def _latin_codes() -> frozenset[int]:
+    return _codes(_dejavu("regular"))
 
 
 @cache
 def _cjk_codes() -> frozenset[int]:
-    """All five faces of the file have the same letters, each in the shapes of its region."""
-    from fontTools.ttLib import TTFont as SourceFont
-
-    with SourceFont(_CJK_FILE, fontNumber=0, lazy=True) as source:
-        return frozenset(source.getBestCmap())
+    """All faces of the collection have the same letters, each in the shapes of its region."""
+    return _codes(_CJK_FILE)
 
 
-def _cjk_letters(text: str) -> list[str]:
-    """Those that a regular or a bold text takes from Noto Sans CJK."""
-    letters = sorted(set(unicodedata.normalize("NFC", text)))
-    return [
-        letter
-        for letter in letters
-        if any(_font_of(letter, font) == name for font, name in _CJK_NAMES.items())
-    ]
+def _codes(font: Path) -> frozenset[int]:
+    from matplotlib.ft2font import FT2Font
 
-
-def _face(text: str) -> int:
-    """Which face of the file has the shapes of the text's language: kana are Japanese, Hangul is
-    Korean."""
-    names = [unicodedata.name(letter, "") for letter in set(text)]
-    japanese, korean, chinese = 0, 1, 2
-    if any(name.startswith(("HIRAGANA", "KATAKANA")) for name in names):
-        return japanese
-    return korean if any(name.startswith("HANGUL") for name in names) else chinese
-
-
-def _converted(letters: Sequence[str], face: int) -> list[TTFont]:
-    """Fonts of `letters` alone, regular and bold."""
-    from fontTools.ttLib import TTFont as SourceFont
-
-    with SourceFont(_CJK_FILE, fontNumber=face, lazy=True) as source:
-        by_code = source.getBestCmap()
-        names = {ord(letter): by_code[ord(letter)] for letter in letters}
-        return [
-            TTFont(name, _truetype(source, names, _CJK_WEIGHTS[beside]))
-            for beside, name in _CJK_NAMES.items()
-        ]
-
-
-def _truetype(source: Any, names: dict[int, str], weight: int) -> BytesIO:
-    """The glyphs called `names` (by code point) of a font, at that weight (100 to 900), as a
-    TrueType file."""
-    from fontTools.fontBuilder import FontBuilder
-    from fontTools.pens.cu2quPen import Cu2QuPen
-    from fontTools.pens.ttGlyphPen import TTGlyphPen
-
-    units, line = source["head"].unitsPerEm, source["hhea"]
-    outlines, glyphs, advances = source.getGlyphSet(location={"wght": weight}), {}, {}
-    for name in [".notdef", *dict.fromkeys(names.values())]:
-        pen = TTGlyphPen(None)
-        outlines[name].draw(Cu2QuPen(pen, max_err=units / 1000, reverse_direction=True))
-        glyphs[name], advances[name] = pen.glyph(), round(outlines[name].width)
-    family, style = "Noto Sans CJK", {400: "Regular", 700: "Bold"}[weight]
-    builder = FontBuilder(units, isTTF=True)
-    builder.setupGlyphOrder(list(glyphs))
-    builder.setupCharacterMap(names)
-    builder.setupGlyf(glyphs)
-    table = builder.font["glyf"]
-    builder.setupHorizontalMetrics(
-        {name: (advances[name], getattr(table[name], "xMin", 0)) for name in glyphs}
-    )
-    builder.setupHorizontalHeader(ascent=line.ascent, descent=line.descent)
-    builder.setupNameTable(
-        {"familyName": family, "styleName": style, "psName": f"NotoSansCJK-{style}"}
-    )
-    builder.setupOS2(sTypoAscender=line.ascent, sTypoDescender=line.descent, usWeightClass=weight)
-    builder.setupPost()
-    builder.updateHead(created=0, modified=0)  # the same letters give the same bytes
-    builder.font.recalcTimestamp = False
-    file = BytesIO()
-    builder.font.save(file)
-    file.seek(0)
-    return file
+    return frozenset(FT2Font(str(font)).get_charmap())

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
-from typing import ClassVar, Literal, Self, TypeAlias
+from typing import Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -186,7 +186,7 @@ class PlotSeries:
     def masked(self, direction: Direction) -> Self:
         """With gaps where a number is not positive: a logarithmic axis has no zero."""
         names = self.ALONG_X if direction == "x" else self.ALONG_Y
-        changes = {}
+        changes: dict[str, Any] = {}
         for name in names:
             values = getattr(self, name)
             if values is not None and np.any(values <= 0):
@@ -399,7 +399,9 @@ class HeatMap(PlotSeries):
         if self.colour.limits is not None:
             return self.colour.limits
         finite = self.values[np.isfinite(self.values)]
-        low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+        if not finite.size:
+            return (1.0, 10.0) if self.colour.scale == "log" else (0.0, 1.0)
+        low, high = float(finite.min()), float(finite.max())
         if self.palette == "diverging":
             low, high = -max(abs(low), abs(high)), max(abs(low), abs(high))
         if low == high:
@@ -524,8 +526,10 @@ class Plot:
 
     def legend(self) -> tuple[str, ...]:
         """Entries of the legend, each once, in order."""
-        drawn = (*self.series, *self.reference_lines, *self.regions)
-        return tuple(dict.fromkeys(own.name for own in drawn if own.name))
+        names = [own.name for own in self.series]
+        names += [line.name for line in self.reference_lines]
+        names += [region.name for region in self.regions]
+        return tuple(dict.fromkeys(name for name in names if name))
 
     @property
     def description(self) -> str:
@@ -596,7 +600,7 @@ def _limits(values: Floats, axis: PlotAxis, exact: bool) -> tuple[float, float]:
     if axis.from_zero:
         low, high = min(low, 0.0), max(high, 0.0)
     room = 0.04 * (high - low) or abs(high) / 2 or 0.5
-    keep_low, keep_high = axis.from_zero and low == 0, axis.from_zero and high == 0
+    keep_low, keep_high = axis.from_zero and low == 0, axis.from_zero and low < high == 0
     return low - (0.0 if keep_low else room), high + (0.0 if keep_high else room)
 
 
@@ -605,3 +609,10 @@ def side_by_side(groups: int, group: int, width: float = 0.8) -> tuple[float, fl
     categories."""
     own = width / groups
     return (group + 0.5) * own - width / 2, own
+
+
+def equal_line(name: str, *values: Floats) -> LineSeries:
+    """The line on which both axes are equal, as far as these values reach."""
+    finite = np.concatenate([own[np.isfinite(own)] for own in values])
+    ends = as_floats([finite.min(), finite.max()] if finite.size else [])
+    return LineSeries(ends, ends, "dash", 1.2, name=name, role=ColourRole.REFERENCE)

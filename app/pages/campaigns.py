@@ -12,8 +12,8 @@ from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
 from ...schema.known_facts import facts_from_json
-from ..common.quantities import display_of, heading, velocities_of, velocity_with_uncertainty
-from ..figures.plotly_base import Figure, figure, line, points
+from ..common.quantities import display_of, velocities_of, velocity_with_uncertainty
+from ..figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries, as_floats, equal_line
 from ..operations.ingest.campaign_overview import KINDS, campaign_overview, list_campaigns_page
 from ..operations.ingest.planned_achieved import (
     bench_facts,
@@ -22,38 +22,34 @@ from ..operations.ingest.planned_achieved import (
     several_levels,
 )
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
+from ..operations.plan.figures import coverage_figure
 from ..web.dependencies import Name, OpenStore
 from ..web.rendering import page, query
-from .plan import coverage_figure
 
 
-def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
+def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Plot:
     """Achieved (mean, least and largest of a run) over planned, of one quantity of
-    `achieved.achieved_settings`."""
+    `planned_achieved.planned_achieved_rows`."""
     quantity_rows = [row for row in rows if row["quantity"] == quantity]
-    scale = display_of(quantity).scale
-    planned = [row["planned"] * scale for row in quantity_rows]
-    mean = [row["mean"] * scale for row in quantity_rows]
-    bars = {
-        "type": "data",
-        "symmetric": False,
-        "array": [row["largest"] * scale - m for row, m in zip(quantity_rows, mean, strict=True)],
-        "arrayminus": [
-            m - row["least"] * scale for row, m in zip(quantity_rows, mean, strict=True)
-        ],
-        "color": "c0/0.5",
-    }
-    names = [f"{row['plan']}, run {row['run']}" for row in quantity_rows]
-    ends = [min(planned + mean), max(planned + mean)]
-    return figure(
-        [
-            line(ends, ends, "as planned", "quiet", dash="dash"),
-            points(planned, mean, "runs", "c0", error_y=bars, text=names),
-        ],
-        f"planned {heading(quantity)}",
-        "achieved",
-        showlegend=False,
+    display = display_of(quantity)
+    planned, mean, least, largest = (
+        display.scale * as_floats([row[key] for row in quantity_rows])
+        for key in ("planned", "mean", "least", "largest")
     )
+    runs = PointSeries(
+        planned,
+        mean,
+        y_low=least,
+        y_high=largest,
+        labels=tuple(f"{row['plan']}, run {row['run']}" for row in quantity_rows),
+        detail="runs",
+    )
+    x, y = (
+        PlotAxis(f"{word} {display.label}", display.unit or DIMENSIONLESS)
+        for word in ("planned", "achieved")
+    )
+    equal = equal_line("as planned", planned, mean)
+    return Plot(f"Achieved {display.label}", x, y, (equal, runs))
 
 
 router = APIRouter()

@@ -25,7 +25,7 @@ from ...schema.session import Store
 from ..common.filters import parse_where
 from ..common.number_format import percent
 from ..common.quantities import display_of_unit, velocities_of
-from ..figures.plotly_base import Figure
+from ..figures.figure import Plot
 from ..operations.impacts.curves import PulseView, pulse_view
 from ..operations.impacts.figures import (
     four_coordinate_figure,
@@ -114,12 +114,12 @@ def neighbours(session: Session, impact: int) -> tuple[int | None, int | None]:
 
 def _channel_charts(
     session: Session, signals: list[dict[str, Any]], contact: tuple[float, float] | None
-) -> tuple[dict[int, tuple[Figure, Figure | None]], dict[int, str]]:
+) -> tuple[dict[int, tuple[Plot, Plot | None]], dict[int, str]]:
     """Channels as charts of the whole record and of the contact, and why one is none.
 
     A damaged series keeps no page from being shown.
     """
-    figures: dict[int, tuple[Figure, Figure | None]] = {}
+    figures: dict[int, tuple[Plot, Plot | None]] = {}
     damaged = {}
     for signal in signals:
         try:

@@ -4,7 +4,7 @@ bench."""
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,52 +19,14 @@ from ...doe.sheet import boxes, sheet_of, write_sheet
 from ...doe.space import shipped_factors, space_from_text
 from ...files.spreadsheet_guard import guarding
 from ..common.plan_tables import run_counts
-from ..common.quantities import cell, heading
-from ..figures.plotly_base import COLOURS, DIVERGING, Figure, bars, categories, heat_map
+from ..common.quantities import heading
+from ..figures.figure import as_floats
 from ..operations.form import controls
+from ..operations.plan.figures import balance_figure, correlation_figure, pairs_figure
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
 from ..web.dependencies import Name, OpenStore
 from ..web.rendering import named_file, number, page
-
-
-def balance_figure(axis: Mapping[str, Any]) -> Figure:
-    """Runs of each level of one axis (`plan_quality.plan_page`), beside the balanced share."""
-    levels = [str(level["level"]) for level in axis["levels"]]
-    shown = [bars(levels, [level["runs"] for level in axis["levels"]], "runs")]
-    share = axis["share"]
-    level = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": share, "y1": share}
-    rule = {**level, "line": {"color": "quiet", "dash": "dash"}}
-    return categories(
-        shown, axis["axis"].replace("_", " "), "runs", shapes=[rule], showlegend=False
-    )
-
-
-def pairs_figure(judged: Mapping[str, Any]) -> Figure:
-    """Every pair of levels (`quality.plan_page`), from -1 for an empty one to 1 for twice its
-    share."""
-    return heat_map(
-        judged["pair_labels"], judged["pairs"], (-1, 1), "beyond the balanced share", DIVERGING
-    )
-
-
-def correlation_figure(judged: Mapping[str, Any]) -> Figure:
-    """How far each two effects go together (`quality.plan_page`)."""
-    names = [term.replace("_", " ") for term in judged["terms"]]
-    return heat_map(names, judged["correlations"], (0, 1), "correlation")
-
-
-def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
-    """Planned, done and discarded runs of each level of one factor (`coverage.level_coverage`)."""
-    factor_levels = [row for row in levels if row["factor"] == factor]
-    names = [cell(factor, row["level"]) for row in factor_levels]
-    states = (("done", COLOURS[2]), ("planned", COLOURS[7]), ("discarded", COLOURS[1]))
-    shown = [
-        bars(names, [row[state] for row in factor_levels], state, colour)
-        for state, colour in states
-    ]
-    return categories(shown, heading(factor), "runs", barmode="stack")
-
 
 router = APIRouter()
 ShownRun = Annotated[int | None, Query(ge=0, le=2**31 - 1)]
@@ -144,8 +106,8 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
             | {"share of variance with time": shares.get(row["factor"], "")}
             for row in judged["changes"]
         ],
-        pairs=pairs_figure(judged),
-        correlations=correlation_figure(judged),
+        pairs=pairs_figure(judged["pair_labels"], as_floats(judged["pairs"])),
+        correlations=correlation_figure(judged["terms"], as_floats(judged["correlations"])),
         balance={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
     )
 

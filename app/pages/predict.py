@@ -4,10 +4,9 @@ shots."""
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 from fastapi import APIRouter
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -17,12 +16,10 @@ from starlette.responses import Response
 from ...schema.campaigns import Campaign
 from ...schema.session import Store
 from ...twin.contact.laws import LAWS
-from ...twin.prediction import Prediction
 from ..common.number_format import finite
-from ..common.quantities import display_of
-from ..figures.plotly_base import COLOURS, Figure, Trace, band, figure, line, points
+from ..figures.page_renderer import figure_data
+from ..operations.predict.figures import prediction_figures
 from ..operations.predict.nearest_shots import (
-    MeasuredShot,
     measured_spectra,
     nearest,
     nearest_rows,
@@ -49,129 +46,6 @@ from ..web.predicted_shots import (
 )
 from ..web.rendering import page, query
 from ..web.shot_address import read_address, twin_at
-
-#: Points of an acceleration on the screen, and how much of it is shown.
-_POINTS, _UNTIL_S = 400, 0.01
-
-
-def _shown(key: str) -> tuple[str, float]:
-    """Unit and scale of a quantity on the page."""
-    display = display_of(key)
-    return display.unit, display.scale
-
-
-def force_figure(prediction: Prediction, shots: Sequence[MeasuredShot] = ()) -> Figure:
-    """Contact force in kN over ms, and that of measured shots."""
-    (time_unit, per_s), (unit, per_n) = _shown("contact_time_s"), _shown("peak_force_n")
-    seconds, force = prediction.time_s * per_s, prediction.force_n
-    traces = band(seconds, force.lower * per_n, force.upper * per_n, "90 % band")
-    for shot in shots:
-        if shot.contact_time_s is not None and len(shot.force_n) > 1:
-            times = np.linspace(0.0, shot.contact_time_s * per_s, len(shot.force_n))
-            measured = np.asarray(shot.force_n, dtype=np.float64) * per_n
-            name = "nearest measured shots" if shot is shots[0] else shot.name
-            traces.append(line(times, measured, name, "c3", width=1, showlegend=shot is shots[0]))
-    mean = line(seconds, force.mean * per_n, "mean")
-    return figure([*traces, mean], f"time since contact ({time_unit})", f"force ({unit})")
-
-
-def acceleration_figure(prediction: Prediction) -> Figure:
-    """Acceleration of each sensor in g over ms, from the beginning of contact."""
-    traces: list[Trace] = []
-    (time_unit, per_s), (unit, scale) = _shown("contact_time_s"), _shown("peak_acceleration_m_s2")
-    for i, sensor in enumerate(prediction.sensors):
-        seconds, acceleration = prediction.acceleration(sensor, _UNTIL_S)
-        every = slice(None, None, max(1, seconds.size // _POINTS))
-        colour, shown = COLOURS[i % len(COLOURS)], seconds[every] * per_s
-        low, high = acceleration.lower[every] * scale, acceleration.upper[every] * scale
-        traces += band(shown, low, high, f"{sensor}: 90 %", colour)
-        traces.append(line(shown, acceleration.mean[every] * scale, sensor, colour, width=1.2))
-    return figure(traces, f"time since contact ({time_unit})", f"acceleration ({unit})")
-
-
-#: Sensor -> frequencies and maximax, by the key of the impact.
-Spectra = Mapping[int, Mapping[str, tuple[Any, Any]]]
-
-
-def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> Figure:
-    """Maximax shock response spectrum of each sensor in g; `spectra` are those of measured shots,
-    at Q = 10."""
-    traces: list[Trace] = []
-    lines, (unit, scale) = prediction.frequency_hz, _shown("peak_acceleration_m_s2")
-    for i, (sensor, spectrum_band) in enumerate(prediction.spectra_m_s2.items()):
-        colour = COLOURS[i % len(COLOURS)]
-        low, high = spectrum_band.lower * scale, spectrum_band.upper * scale
-        traces += band(lines, low, high, f"{sensor}: 90 %", colour)
-        traces.append(line(lines, spectrum_band.mean * scale, sensor, colour))
-        measured = [
-            of_sensor[sensor] for of_sensor in (spectra or {}).values() if sensor in of_sensor
-        ]
-        if measured and prediction.q == _MEASURED_Q:
-            frequency, maximax = (np.concatenate(values) for values in zip(*measured, strict=True))
-            inside = (frequency >= lines[0]) & (frequency <= lines[-1])
-            name = f"{sensor}, measured"
-            traces.append(
-                points(frequency[inside], maximax[inside] * scale, name, colour, opacity=0.7)
-            )
-    title = f"maximax SRS ({unit}), Q = {prediction.q:g}"
-    return figure(traces, "natural frequency (Hz)", title, log_x=True, log_y=True)
-
-
-#: Of the spectra that are stored of measured shots.
-_MEASURED_Q = 10.0
-
-
-def velocity_figure(
-    prediction: Prediction, shots: Sequence[MeasuredShot], near: Sequence[MeasuredShot]
-) -> Figure:
-    """The predicted velocity with its band at its tank pressure, and the measured shots; the
-    nearest are filled."""
-    unit, scale = _shown("tank_pressure_pa")
-    pressure, velocity = prediction.setting.tank_pressure_pa or 0.0, prediction.velocity_m_s
-    traces: list[Trace] = []
-    for group, name, colour in (
-        (shots, "measured shots", "c7"),
-        (near, "nearest measured shots", "c3"),
-    ):
-        pairs = [(s.setting["tank_pressure_pa"], s.velocity_m_s) for s in group if _has_velocity(s)]
-        if pairs:
-            x, y = np.array(pairs, dtype=np.float64).T
-            traces.append(points(x * scale, y, name, colour))
-    low, high = velocity.ci90
-    ends = {
-        "type": "data",
-        "symmetric": False,
-        "array": [high - velocity.mean],
-        "arrayminus": [velocity.mean - low],
-    }
-    traces.append(
-        points(
-            [pressure * scale], [velocity.mean], "prediction with its 90 % band", "c0", error_y=ends
-        )
-    )
-    return figure(traces, f"tank pressure, gauge ({unit})", "impact velocity (m/s)")
-
-
-def _has_velocity(shot: MeasuredShot) -> bool:
-    return shot.velocity_m_s is not None and "tank_pressure_pa" in shot.setting
-
-
-def prediction_figures(
-    prediction: Prediction,
-    shots: Sequence[MeasuredShot] = (),
-    near: Sequence[MeasuredShot] = (),
-    spectra: Spectra | None = None,
-) -> dict[str, Figure]:
-    """By name; without a plate no spectrum, without a gun no velocity."""
-    figures = {"force": force_figure(prediction, near)}
-    if prediction.sensors:
-        figures["spectrum"] = spectrum_figure(prediction, spectra)
-    if prediction.setting.tank_pressure_pa is not None:
-        figures["velocity"] = velocity_figure(prediction, shots, near)
-    if prediction.sensors:
-        figures["acceleration"] = acceleration_figure(prediction)
-    return figures
-
 
 router = APIRouter()
 #: Of a prediction what the page shows as figures.
@@ -262,7 +136,8 @@ def _answer(
 
 
 def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[str, Any]:
-    """The prediction as `/api/predict` gives it, its series drawn as figures, and how long it took.
+    """The prediction as `/api/predict` gives it, its series as the data of figures, and the seconds
+    that it took.
 
     `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the
     quantity, `nearest` the measured shots that are nearest to it, `basis` what the band of the
@@ -276,7 +151,12 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
     near = nearest(wanted, shots)
     return {
         "prediction": {key: value for key, value in data.items() if key not in _SERIES},
-        "figures": prediction_figures(prediction, shots, near, measured_spectra(store, near)),
+        "figures": {
+            name: figure_data(plot)
+            for name, plot in prediction_figures(
+                prediction, shots, near, measured_spectra(store, near)
+            ).items()
+        },
         "numbers": [_number_row(row) for row in quantity_rows(prediction)],
         "nearest": nearest_rows(wanted, near),
         "basis": velocity_basis(built, prediction.setting.tank_pressure_pa),

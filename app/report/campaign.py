@@ -22,12 +22,12 @@ from ..documents.document import (
     Cell,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Section,
     Table,
 )
-from ..documents.svg import Cloud, agreement_chart
+from ..figures.agreement import agreement_plot
+from ..figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries
 from ..operations.ingest.campaign_overview import count_findings
 from ..operations.ingest.design_coverage import (
     achieved_settings,
@@ -214,7 +214,7 @@ def _discarded(session: Session, campaign_id: int, name: str) -> list[str]:
     ]
 
 
-def _achieved_figure(rows: Rows, quantity: str) -> Figure:
+def _achieved_figure(rows: Rows, quantity: str) -> Plot:
     of_quantity, display = (
         [row for row in rows if row["quantity"] == quantity],
         display_of(quantity),
@@ -223,8 +223,7 @@ def _achieved_figure(rows: Rows, quantity: str) -> Figure:
         display.scale * np.array([row[key] for row in of_quantity]) for key in ("planned", "mean")
     )
     label = f"{display.label[0].upper()}{display.label[1:]}, achieved against planned"
-    cloud = Cloud(
-        label, planned, achieved, [f"{row['plan']}, run {row['run']}" for row in of_quantity]
-    )
-    bracket = f" ({display.unit})" if display.unit else ""
-    return Figure(label, agreement_chart(label, [cloud], f"planned{bracket}", f"achieved{bracket}"))
+    runs = tuple(f"{row['plan']}, run {row['run']}" for row in of_quantity)
+    points = PointSeries(x=planned, y=achieved, labels=runs, opacity=0.8)
+    x, y = (PlotAxis(name, display.unit or DIMENSIONLESS) for name in ("planned", "achieved"))
+    return agreement_plot(label, [points], x, y)

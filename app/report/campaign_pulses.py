@@ -32,21 +32,21 @@ from ..documents.document import (
     Block,
     Cell,
     ChartRow,
-    Figure,
     Paragraph,
     Section,
     Table,
     mean_and_spread,
 )
-from ..documents.line_styles import SERIES
-from ..documents.svg import (
-    MOST_POINTS,
-    Cloud,
-    Curve,
-    agreement_chart,
-    dot_keys,
-    line_chart,
-    line_keys,
+from ..figures.agreement import MOST_POINTS, agreement_plot
+from ..figures.figure import (
+    CATEGORIES,
+    BandSeries,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotSeries,
+    PointSeries,
+    category,
 )
 
 _FIGURES = (
@@ -241,11 +241,12 @@ def _heading(key: str, pulses: PulseGroups) -> str:
 def _overlay(pulses: PulseGroups) -> ChartRow:
     from ...training.evaluation.metrics import reconstruct
 
-    few = len(pulses.groups) <= SERIES
+    few = len(pulses.groups) <= len(CATEGORIES)
     factor = None if few else telling_factor(pulses)
     levels = _levels(pulses, factor) if factor else []
     force, time = display_of("force_n"), display_of("time_s")
-    curves = []
+    x, y = PlotAxis(time.label, time.unit), PlotAxis(force.label, force.unit)
+    curves, bands = list[LineSeries](), list[PlotSeries]()
     for number, group in enumerate(pulses.groups):
         fine = force.scale * reconstruct(np.stack([group.force_n, group.spread_n]), 200)
         level = group.levels.get(factor) if factor else None
@@ -260,32 +261,27 @@ def _overlay(pulses: PulseGroups) -> ChartRow:
         times = np.linspace(
             0.0, time.scale * float(group.figures["contact_time_s"].mean()), fine.shape[1]
         )
-        curves.append(
-            Curve(name, times, fine[0], colour, np.abs(fine[1]) if few and len(group) > 1 else None)
-        )
+        role = category(colour)
+        curves.append(LineSeries(name=name, role=role, x=times, y=fine[0]))
+        if few and len(group) > 1:
+            low, high = fine[0] - np.abs(fine[1]), fine[0] + np.abs(fine[1])
+            bands.append(BandSeries(role=role, x=times, low=low, high=high, silent=True))
     is_single = len(pulses.groups) == 1
     title = (
         f"Mean pulses by {display_of(factor).label}" if factor else "Mean pulses by configuration"
     )
     title = "Mean pulse" if is_single else title
-    title += (
-        ", with their standard deviation"
-        if any(curve.spread is not None for curve in curves)
-        else ""
-    )
-    figures = [
-        Figure(
-            title,
-            line_chart(title, curves, time.heading, force.heading),
-            () if is_single else line_keys(curves),
-        )
-    ]
+    title += ", with their standard deviation" if bands else ""
+    if is_single:
+        curves = [replace(curves[0], name="")]
+    curves.sort(key=lambda curve: curve.role)
+    figures = [Plot(title, x, y, (*bands, *curves))]
     if factor and len(levels) > 1:
         # soft tips give pulses that the scale of hard ones hides
         for number, level in enumerate(levels):
             words = named_level(factor, level)
-            drawn = [curve for curve in curves if curve.colour == number]
-            figures.append(Figure(words, line_chart(words, drawn, time.heading, force.heading)))
+            drawn = tuple(curve for curve in curves if curve.role == category(number))
+            figures.append(Plot(words, x, y, drawn))
     return ChartRow(figures)
 
 
@@ -390,21 +386,22 @@ def _chart(judged: Shots) -> ChartRow:
         (f"{level_words(_MASS, mass)} bullet", [s for s in judged if s[_MASS] == mass])
         for mass in masses
     ]
-    groups = groups if len(groups) <= SERIES else [("shots", list(judged))]
+    groups = groups if 1 < len(groups) <= len(CATEGORIES) else [("", list(judged))]
     clouds = [
-        Cloud(
-            name,
-            _column(shots, _NOMINAL),
-            _column(shots, _MEASURED),
-            [f"run {shot['run']}, repetition {shot['repetition']}" for shot in shots],
-            number,
+        PointSeries(
+            name=name,
+            role=category(number),
+            opacity=0.8,
+            x=_column(shots, _NOMINAL),
+            y=_column(shots, _MEASURED),
+            labels=tuple(f"run {shot['run']}, repetition {shot['repetition']}" for shot in shots),
         )
         for number, (name, shots) in enumerate(groups)
     ]
     title = "Measured against nominal velocity; the dashed lines are 5 % off"
     title += f"; {MOST_POINTS} of {len(judged)} shots" if len(judged) > MOST_POINTS else ""
-    drawing = agreement_chart(title, clouds, "nominal gun (m/s)", "measured (m/s)", off=0.05)
-    return ChartRow([Figure(title, drawing, dot_keys(clouds))])
+    x, y = PlotAxis("nominal gun", "m/s"), PlotAxis("measured", "m/s")
+    return ChartRow([agreement_plot(title, clouds, x, y, off=0.05)])
 
 
 def _velocity_heads(*first: str) -> tuple[str, ...]:

@@ -20,20 +20,12 @@ from ..documents.document import (
     Cell,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Section,
     Table,
 )
-from ..documents.svg import (
-    MOST_POINTS,
-    Cloud,
-    Curve,
-    agreement_chart,
-    dot_keys,
-    line_chart,
-    line_keys,
-)
+from ..figures.agreement import MOST_POINTS, agreement_plot
+from ..figures.figure import ColourRole, LineSeries, Plot, PlotAxis, PointSeries, category
 from ..operations.train.figures import side_by_side, version_row
 from ..operations.train.wording import (
     bounded,
@@ -267,9 +259,9 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
     )
     if len(pulses) > MOST_POINTS:
         caption += f" {MOST_POINTS} of them are drawn."
-    charts, keys = agreement(pulses, prediction)
     bands = _coverage(pulses, prediction)
-    blocks: list[Block] = [Paragraph(caption, quiet=True), ChartRow([*charts, *bands], keys)]
+    charts = ChartRow([*agreement(pulses, prediction), *bands])
+    blocks: list[Block] = [Paragraph(caption, quiet=True), charts]
     if not bands:
         blocks.append(
             Paragraph("The model gives no spread, so that there are no bands to judge.", quiet=True)
@@ -277,11 +269,9 @@ def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
     return Section(title, blocks)
 
 
-def agreement(
-    pulses: PulseTable, prediction: ContactPrediction
-) -> tuple[list[Figure], tuple[tuple[str, str], ...]]:
+def agreement(pulses: PulseTable, prediction: ContactPrediction) -> list[Plot]:
     """Predicted against measured peak force and contact time, logarithmic since relative errors
-    count; and the legend of the tips."""
+    count."""
     peak = figures(reconstruct(prediction.force_n), prediction.contact_time_s).peak_force_n
     pairs = {
         "peak_force_n": _clouds(pulses, "peak_force_n", pulses.peak_force_n, peak),
@@ -293,28 +283,35 @@ def agreement(
     for key, clouds in pairs.items():
         display = display_of(key)
         title = f"{display.label[0].upper()}{display.label[1:]}"
-        axes = (f"measured ({display.unit})", f"predicted ({display.unit})")
-        drawn.append(
-            Figure(title, agreement_chart(title, clouds, *axes, logarithmic=True, off=0.1))
-        )
-    return drawn, dot_keys(pairs["peak_force_n"])
+        x, y = (PlotAxis(name, display.unit, "log") for name in ("measured", "predicted"))
+        drawn.append(agreement_plot(title, clouds, x, y, off=0.1))
+    return drawn
 
 
-def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -> list[Cloud]:
+def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -> list[PointSeries]:
     scale = display_of(key).scale
     names = [
         f"{c} run {r}, repetition {k}"
         for c, r, k in zip(pulses.campaign, pulses.run, pulses.repetition, strict=True)
     ]
     clouds = []
-    for number, tip in enumerate(np.unique(pulses.tip_material).tolist()):
+    tips = np.unique(pulses.tip_material).tolist()
+    for number, tip in enumerate(tips):
         rows = np.flatnonzero(pulses.tip_material == tip)
-        values = scale * measured[rows], scale * predicted[rows]
-        clouds.append(Cloud(f"{tip} tip", *values, [names[i] for i in rows], number))
+        clouds.append(
+            PointSeries(
+                name=f"{tip} tip" if len(tips) > 1 else "",
+                role=category(number),
+                opacity=0.8,
+                x=scale * measured[rows],
+                y=scale * predicted[rows],
+                labels=tuple(names[i] for i in rows),
+            )
+        )
     return clouds
 
 
-def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]:
+def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Plot]:
     """How many measurements central intervals hold, beside how many they promise to; none without a
     spread."""
     from ...training.evaluation.coverage import LEVELS, coverage
@@ -328,17 +325,26 @@ def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Figure]
         ),
     )
     curves = [
-        Curve(name, 100 * LEVELS, 100 * coverage(_scores(off, spread)), number)
+        LineSeries(
+            name=name,
+            role=category(number),
+            x=100 * LEVELS,
+            y=100 * coverage(_scores(off, spread)),
+        )
         for number, (name, off, spread) in enumerate(pairs)
         if spread is not None
     ]
     if not curves:
         return []
-    title = "Coverage of the bands"
-    drawing = line_chart(
-        title, curves, "nominal coverage (%)", "measured inside (%)", diagonal=True
+    equal = LineSeries(
+        x=np.array([0.0, 100.0]),
+        y=np.array([0.0, 100.0]),
+        role=ColourRole.REFERENCE,
+        width=1.3,
+        silent=True,
     )
-    return [Figure(title, drawing, line_keys(curves))]
+    x, y = PlotAxis("nominal coverage", "%"), PlotAxis("measured inside", "%")
+    return [Plot("Coverage of the bands", x, y, (equal, *curves))]
 
 
 def _scores(off: Floats, spread: Floats) -> Floats:

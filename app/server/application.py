@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from http import HTTPStatus
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
@@ -16,8 +15,7 @@ from pydantic import BaseModel, ValidationError
 from sqlalchemy.exc import DataError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
-from starlette.staticfiles import StaticFiles
+from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp
 
 from ... import __version__
@@ -26,7 +24,7 @@ from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
-from ..documents.line_styles import COLOURS, PARTS
+from ..documents.page import section_style
 from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
 from ..doors.api import jobs as jobs_api
@@ -63,9 +61,11 @@ from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.predicted_shots import warm_up_in_thread
-from ..web.rendering import HERE, page
+from ..web.rendering import page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
+from ..web.static_files import send_static, static_files
+from .compression import Compression
 
 #: A new feature's `api` and `pages` get a word here.
 _API = (
@@ -180,37 +180,28 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.include_router(form_router(), include_in_schema=False)
     for module in PAGES:
         app.include_router(module.router, include_in_schema=False)
-    app.get("/static/plotly.min.js", include_in_schema=False)(_plotly)
     app.get("/static/report.css", include_in_schema=False)(_report_style)
-    app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
+    app.get("/static/{name}", include_in_schema=False)(_static)
+    app.add_middleware(Compression)
     _tell_errors(app)
     return Guard(app, settings, app.state.sign_in)
 
 
-def _plotly() -> Response:
-    return FileResponse(
-        plotly_file(), media_type="text/javascript", headers={"cache-control": "max-age=604800"}
-    )
+def _static(request: Request, name: str) -> Response:
+    """A script, a style or a picture of pages."""
+    file = static_files().get(name)
+    if file is None:
+        raise HTTPException(404, f"no file {name!r} belongs to the pages")
+    return send_static(request, file)
 
 
 def _report_style() -> Response:
     """Of the sections of a report, within a page of ours."""
     return Response(
-        f"{COLOURS}\n.report {{\n{PARTS}}}\n",
+        section_style(),
         media_type="text/css",
         headers={"cache-control": "max-age=3600"},
     )
-
-
-def plotly_file() -> Path:
-    """plotly.js as the Python package ships it: a page needs nothing from elsewhere. Nothing is
-    imported."""
-    from importlib.util import find_spec
-
-    spec = find_spec("plotly")
-    if spec is None or spec.origin is None:
-        raise ValueError("plotly is not installed: pip install 'pyroshock[web]'")
-    return Path(spec.origin).parent / "package_data" / "plotly.min.js"
 
 
 def _tell_errors(app: FastAPI) -> None:
@@ -271,8 +262,8 @@ def error_response(
     why = without_secrets(why)
     listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
     if is_form(request):
-        told = listed or [{"field": field, "message": why}]
-        return JSONResponse({"faults": told}, status, headers)
+        messages = listed or [{"field": field, "message": why}]
+        return JSONResponse({"faults": messages}, status, headers)
     if request.url.path.startswith("/api"):
         by_field = {"faults": listed} if listed else {}
         return JSONResponse({"detail": why, **by_field}, status, headers)

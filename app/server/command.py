@@ -118,7 +118,7 @@ def _need_packages() -> None:
 
     missing = [
         name
-        for name in ("fastapi", "uvicorn", "jinja2", "plotly", "python_multipart")
+        for name in ("fastapi", "uvicorn", "jinja2", "python_multipart")
         if find_spec(name) is None
     ]
     if missing:

@@ -28,8 +28,8 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 #: These take files.
 UPLOADS = ("/ingest", "/api/ingest")
 _HEADERS = {
-    # No address but this server's, whatever a page is made to hold. Styles within elements are how
-    # plotly.js sizes its charts; data: and blob: are pictures that a page makes itself.
+    # No address but this server's, whatever a page is made to hold. Styles within elements are the
+    # widths of bars in tables; data: and blob: are pictures that a page makes itself.
     "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self' "
     "'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; form-action "
     "'self'; frame-ancestors 'none'; base-uri 'none'",

@@ -17,6 +17,9 @@ from starlette.responses import HTMLResponse, Response
 
 from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
+from ..figures.figure import Plot
+from ..figures.page_renderer import FigureData, figure_data
+from .static_files import static_address
 
 HERE = Path(__file__).parent
 
@@ -39,6 +42,11 @@ MENU = {
 }
 
 
+def _figure_data(figure: Plot | FigureData) -> Markup:
+    """A plot, or the data that was made of it, for `static/charts.js`."""
+    return as_data(figure_data(figure) if isinstance(figure, Plot) else figure)
+
+
 @cache
 def _environment() -> Environment:
     environment = Environment(
@@ -53,10 +61,11 @@ def _environment() -> Environment:
         "number": number,
         "part": part,
         "data": as_data,
+        "figure_data": _figure_data,
         "when": when,
     }
     environment.filters["in_shown_units"] = in_shown_units
-    environment.globals |= {"cell": cell, "menu": MENU}
+    environment.globals |= {"cell": cell, "menu": MENU, "static": static_address}
     return environment
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.ingest.extraction.pressure_drop import pressure_drop
 from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, LASER, RATE_HZ, TANK
@@ -13,6 +13,8 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import Trigger, fire, shot_signals
 from pyroshock.virtualbench.sensors import record
+
+from .picture import MEASURED, MODEL, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

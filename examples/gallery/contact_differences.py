@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.common.plots import QUIET, new_figure
-from pyroshock.training.plots.style import COLOURS
+from pyroshock.app.figures.figure import category
+from pyroshock.app.figures.matplotlib_renderer import new_figure
+from pyroshock.app.figures.palette import colour_of
 
+from .picture import QUIET
 from .resampling_error import by_hit
 from .virtual_campaign import HammerCampaign
 
@@ -31,7 +33,8 @@ def draw(campaign: HammerCampaign) -> Figure:
     tips = np.array([row["tip_material"] for row in campaign.rows])
     figure = new_figure(9.0, 3.8)
     axes = figure.subplots()
-    for tip, colour in zip(dict.fromkeys(tips.tolist()), COLOURS, strict=False):
+    for i, tip in enumerate(dict.fromkeys(tips.tolist())):
+        colour = colour_of(category(i))
         axes.plot(
             campaign.tests[tips == tip], percent[tips == tip], "o", color=colour, ms=3, label=tip
         )

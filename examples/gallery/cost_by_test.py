@@ -3,10 +3,12 @@ physics."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from pyroshock.app.figures.matplotlib_renderer import matplotlib_figure
+from pyroshock.app.operations.train.registered_figures import by_test_figure
 from pyroshock.training.evaluation.metrics import PulseErrors
-from pyroshock.training.plots.held_out import by_test
 from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:
@@ -26,6 +28,6 @@ def five(judged: Evaluation) -> dict[str, PulseErrors]:
 
 def draw(judged: Evaluation, metric: str = "cost") -> Figure:
     """A panel a model, the best on top; a point a test, in the colour of its tip."""
-    figure = by_test(judged.pulses, five(judged), metric)
-    figure.supxlabel("Virtual campaign: not the thesis's recordings", fontsize=9)
-    return figure
+    figure = by_test_figure(judged.pulses, five(judged), metric)
+    note = "Virtual campaign: not the thesis's recordings"
+    return matplotlib_figure(replace(figure, notes=(note,)))

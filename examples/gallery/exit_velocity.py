@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pyroshock.app.common.plots import QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.twin.gun.nominal import muzzle_velocity
 
+from .picture import QUIET
 from .shipped_shots import gun
 
 if TYPE_CHECKING:

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.common.plots import MEASURED, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.ingest.extraction.pulses import ExtractedPulse
 from pyroshock.signals.channel import Channel
 
 from .contact_differences import difference_percent
 from .extraction_methods import extracted
+from .picture import MEASURED, QUIET
 from .virtual_campaign import HammerCampaign
 
 if TYPE_CHECKING:

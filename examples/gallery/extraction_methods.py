@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.ingest.extraction.pulses import ExtractedPulse, extract_pulses
 from pyroshock.ingest.extraction.settings import ExtractionSettings, Segmentation
 from pyroshock.signals.channel import Channel
 
+from .picture import MEASURED, MODEL, QUIET
 from .virtual_campaign import HammerCampaign
 
 if TYPE_CHECKING:

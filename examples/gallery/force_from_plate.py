@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.ingest.extraction.deconvolution import deconvolve
 from pyroshock.ingest.extraction.pulses import extract_pulses
 from pyroshock.ingest.extraction.transfer_function import estimate_transfer_function
 
+from .picture import MEASURED, MODEL
 from .virtual_campaign import HammerCampaign
 
 if TYPE_CHECKING:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pyroshock.training.plots.held_out import heat_map
+from pyroshock.app.figures.matplotlib_renderer import matplotlib_figure
+from pyroshock.app.operations.train.registered_figures import errors_figure
 from pyroshock.training.registry.evaluate import Evaluation
 
 if TYPE_CHECKING:
@@ -13,6 +15,6 @@ if TYPE_CHECKING:
 
 def draw(judged: Evaluation) -> Figure:
     """The models from the best to the worst; the colour is logarithmic."""
-    figure = heat_map(judged.pulses, judged.errors)
-    figure.suptitle("Virtual campaign: not the thesis's recordings", fontsize=9)
-    return figure
+    figure = errors_figure(judged.pulses, judged.errors)
+    note = "Virtual campaign: not the thesis's recordings"
+    return matplotlib_figure(replace(figure, notes=(note,)))

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pyroshock.app.common.plots import new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.laws import hunter, reed, von_hann
 from pyroshock.twin.contact.pulse import Law

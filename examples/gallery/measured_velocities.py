@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.twin.gun.nominal import muzzle_velocity
 
+from .picture import MEASURED, MODEL
 from .shipped_shots import gun, shots
 
 if TYPE_CHECKING:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pyroshock.app.common.plots import new_figure
-from pyroshock.app.operations.train.datasets import draw_correlation
+from pyroshock.app.figures.matplotlib_renderer import matplotlib_figure
+from pyroshock.app.operations.train.dataset_figures import correlation_plot
 
 from .virtual_campaign import HammerCampaign
 
@@ -16,7 +17,4 @@ if TYPE_CHECKING:
 def draw(campaign: HammerCampaign) -> Figure:
     """Pearson's correlation over all pulses; the velocity is what the hammer's accelerometer
     gave."""
-    figure = new_figure(7.4, 6.6)
-    draw_correlation(figure.subplots(), campaign.table())
-    figure.suptitle(campaign.note, fontsize=9)
-    return figure
+    return matplotlib_figure(replace(correlation_plot(campaign.table()), notes=(campaign.note,)))

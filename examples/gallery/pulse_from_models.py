@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.training.evaluation.metrics import BAND, reconstruct
 from pyroshock.training.registry.evaluate import Evaluation
+
+from .picture import MEASURED, MODEL, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 
 from .extraction_methods import extracted
+from .picture import MEASURED, MODEL
 from .virtual_campaign import HammerCampaign
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.app.common.plots import new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 
 from .virtual_campaign import HammerCampaign
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MODEL, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.doe.limits.ballistic import (
     bulk_modulus,
     forrestal_limit,
@@ -17,6 +17,8 @@ from pyroshock.doe.limits.ballistic import (
     nishiwaki_limit,
     nishiwaki_thickness,
 )
+
+from .picture import MODEL, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

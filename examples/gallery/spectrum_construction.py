@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pyroshock.app.common.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 from pyroshock.array_types import Floats
 from pyroshock.ingest.extraction.channels import read_channels
 from pyroshock.ingest.folder.campaign_file import read_campaign_file
 from pyroshock.signals.channel import Channel
 from pyroshock.signals.srs.resampling import upsampled
 from pyroshock.signals.srs.spectrum import octave_grid, oscillator_response, shock_response_spectrum
+
+from .picture import MEASURED, MODEL, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -55,15 +55,14 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
     from pyroshock.app.jobs.queue import ask
     from pyroshock.app.operations.diagnose.diagnosing import keep
-    from pyroshock.training.fitting import fitting
     from pyroshock.virtualbench.campaigns import ringing
+    from support.stores.registries import without_figures
 
     place = tmp_path_factory.mktemp("examples")
     out, url = place / "results", f"sqlite:///{place / 'results' / 'demo.db'}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
-        patch.setattr(fitting, "training_figures", lambda *_: {})
-        patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
+        without_figures(patch)
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         run_pyroshock("demo", "--out", out, "--chapters", "3")
         with opened(url) as store:

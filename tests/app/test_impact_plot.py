@@ -1,17 +1,21 @@
-"""`show N --plot`: the record beside the contact, arrays of load cells with their sum, records
-without contact."""
+"""The figure of `show N --plot`: the record beside the contact, arrays of load cells with their
+sum, records without contact."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from pyroshock.app.operations.impacts import impact_plot
-from pyroshock.app.operations.impacts.impact_plot import draw_pulse, draw_record, plot_impact
+from pyroshock.app.operations.impacts.impact_plot import (
+    impact_figure,
+    pulse_plot,
+    record_plot,
+)
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.storing.stored_channels import list_channels
 from pyroshock.schema.impacts import Impact, Pulse
 from sqlalchemy import delete, select
+from support.checks.drawn_series import named_series, series_of
 from support.records.campaigns import (
     blows,
     force_record,
@@ -68,17 +72,14 @@ def test_array_of_load_cells_has_its_sum_on_record_and_contact(store):
         pulse = session.scalars(
             select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)
         ).one()
-        whole, contact = Figure().subplots(1, 2)
-        draw_record(whole, session, rows)
-        draw_pulse(contact, session, impact.recording_id, pulse)
-        for axes in (whole, contact):
-            lines = {line.get_label(): line for line in axes.get_lines()}
-            peaks = [max(lines[f"cell_{number}"].get_ydata()) for number in (1, 2, 3, 4)]
-            assert max(lines["sum of 4 cells"].get_ydata()) == pytest.approx(sum(peaks), rel=0.01)
-            assert axes.get_ylabel() == "force (kN)"
-        peak = max(
-            {line.get_label(): line for line in contact.get_lines()}["sum of 4 cells"].get_ydata()
-        )
+        whole = record_plot(session, rows)
+        contact = pulse_plot(session, impact.recording_id, pulse)
+        for plot in (whole, contact):
+            series = named_series(plot)
+            peaks = [series[f"cell_{number}"].y.max() for number in (1, 2, 3, 4)]
+            assert series["sum of 4 cells"].y.max() == pytest.approx(sum(peaks), rel=0.01)
+            assert plot.y.heading == "force (kN)"
+        peak = named_series(contact)["sum of 4 cells"].y.max()
         assert peak == pytest.approx(pulse.peak_force_n / 1e3, rel=0.02)
 
 
@@ -89,27 +90,22 @@ def test_single_cell_has_no_sum_and_no_peak_of_a_long_record_is_lost(store, monk
         pulse = session.scalars(
             select(Pulse).where(Pulse.impact_id == impact.id, Pulse.current)
         ).one()
-        axes = Figure().subplots()
-        draw_record(axes, session, [row])
-        (line,) = axes.get_lines()
-    force_kn = np.asarray(line.get_ydata(), dtype=np.float64)
-    assert force_kn.size <= 110 < row.samples
-    assert force_kn.max() >= 0.98 * pulse.peak_force_n / 1e3
+        (line,) = series_of(record_plot(session, [row]))
+    assert line.y.size <= 110 < row.samples
+    assert line.y.max() >= 0.98 * pulse.peak_force_n / 1e3
 
 
-def test_record_without_contact_is_drawn_and_an_impact_without_record_is_refused(store, tmp_path):
+def test_record_without_contact_is_drawn_and_an_impact_without_record_is_refused(store):
     with store.writing() as session:
         impact, _ = impact_of(session, 1)
         key = impact.id
-        plot_impact(session, key, tmp_path / "with.png")
+        with_contact = impact_figure(session, key)
         session.execute(delete(Pulse).where(Pulse.impact_id == key))
-        plot_impact(session, key, tmp_path / "without.png")
+        without_contact = impact_figure(session, key)
         impact.recording_id = None
         session.flush()
         with pytest.raises(LookupError, match=f"impact {key} has no recorded series to draw"):
-            plot_impact(session, key, tmp_path / "none.png")
+            impact_figure(session, key)
         session.rollback()
-    assert all(
-        (tmp_path / name).read_bytes().startswith(b"\x89PNG")
-        for name in ("with.png", "without.png")
-    )
+    assert [plot.title for plot in with_contact.plots()] == ["force", "contact"]
+    assert [plot.title for plot in without_contact.plots()] == ["force"]

@@ -20,6 +20,7 @@ from pyroshock.app.operations.train.wording import (
     version_sentences,
 )
 from pyroshock.training.models.catalogue import MODEL_SPECS
+from support.checks.drawn_series import series_of
 
 
 def row_of(mean: float | None = 0.042, floor: float | None = None, **more: object) -> dict:
@@ -123,22 +124,19 @@ def test_differences_have_the_sign_of_the_other_version_minus_the_reference():
     (same,) = differences_to("tree@1", [pair(-0.006, 0.3)], "force_nrmse")
     assert (same["label"], same["difference"], same["beyond_chance"]) == ("gp@1", -0.006, False)
     figure = difference_figure([row], "gp@1", "force_nrmse")
-    (trace,) = figure["data"]
-    assert trace["x"] == pytest.approx([0.6]) and trace["error_x"]["array"] == pytest.approx([0.35])
-    assert "% points" in figure["layout"]["xaxis"]["title"]["text"]
+    (points,) = series_of(figure)
+    assert points.x == pytest.approx([0.6]) and points.x_high == pytest.approx([0.95])
+    assert figure.x.heading == "difference to gp@1 (% points)"
+    assert figure.y.categories == ("tree@1",)
 
 
 def test_a_history_needs_two_versions_and_two_steps():
     rows = [row_of(), row_of(0.03, label="gp@2", version=2)]
     assert history_figure(rows[:1]) is None
-    (trace,) = history_figure(rows)["data"]
-    assert trace["x"] == ["gp@1", "gp@2"] and trace["y"] == pytest.approx([4.2, 3.0])
-    assert (
-        min(
-            mean - low for mean, low in zip(trace["y"], trace["error_y"]["arrayminus"], strict=True)
-        )
-        >= 0
-    )
+    figure = history_figure(rows)
+    _, points = series_of(figure)
+    assert figure.x.categories == ("gp@1", "gp@2") and points.y == pytest.approx([4.2, 3.0])
+    assert points.y_low.min() >= 0
     histories = {
         "force.loss": [(0, 2.0), (1, 1.0)],
         "time.loss": [(0, 1.0)],

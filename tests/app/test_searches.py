@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.train.charts import importance_figure, search_figure
+from pyroshock.app.figures.figure import BarSeries, LineSeries
+from pyroshock.app.operations.train.charts import importance_figure, search_figure, searches_figure
 from pyroshock.app.operations.train.searches import (
-    draw_searches,
     importance_of,
     importance_sentence,
     parallel_axes,
@@ -116,21 +115,21 @@ def test_search_is_told_with_its_best_settings() -> None:
 
 def test_charts_have_a_line_for_each_trial_and_a_bar_for_each_setting() -> None:
     chart = search_figure(grid())
-    drawn = sum(trace["x"].count(None) for trace in chart["data"])
-    assert drawn == len(grid().trials)
-    assert [trace["name"] for trace in chart["data"]][-1] == "best trial"
-    words = [note["text"] for note in chart["layout"]["annotations"]]
-    assert "&lt;b>" in words and "<b>" not in words
+    lines = [own for own in chart.series if isinstance(own, LineSeries)]
+    assert sum(int(np.isnan(own.x).sum()) for own in lines) == len(grid().trials)
+    assert chart.series[-1].name == "best trial"
+    assert "<b>" in {label.text for label in chart.labels}
     importance = importance_of(grid())
     assert importance is not None
-    (bars,) = importance_figure(importance)["data"]
-    assert sum(bars["x"]) == pytest.approx(100)
+    (bars,) = importance_figure(importance).series
+    assert isinstance(bars, BarSeries) and bars.end.sum() == pytest.approx(100)
 
 
-def test_picture_of_searches_is_drawn(tmp_path: Path) -> None:
-    file = tmp_path / "search.png"
+def test_searches_stand_below_each_other_with_the_importance_where_it_is_known() -> None:
     few = SettingsSearch("grid search", "error", grid().trials[:4])
-    draw_searches({"force": grid(), "time": few}, file)
-    assert file.read_bytes().startswith(b"\x89PNG") and file.stat().st_size > 20_000
-    with pytest.raises(ValueError, match="cannot draw"):
-        draw_searches({"force": grid()}, tmp_path / "search.doc")
+    figure = searches_figure({"force": grid(), "time": few})
+    assert [[plot is not None for plot in row] for row in figure.rows] == [
+        [True, True],
+        [True, False],
+    ]
+    assert any("tried 24 combinations" in note for note in figure.notes)

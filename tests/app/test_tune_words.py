@@ -12,10 +12,12 @@ from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.train.train import TRAIN, Training
+from pyroshock.app.operations.tune.figures import target_figure
 from pyroshock.app.operations.tune.request import Tuning
 from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
 from pyroshock.app.operations.validate.request import ValidationRequest
-from pyroshock.app.pages.tune import target_figure, target_sentence
+from pyroshock.app.pages.tune import target_sentence
+from support.checks.drawn_series import named_series
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
 
@@ -96,16 +98,15 @@ def test_specification_lies_on_four_coordinate_paper() -> None:
     factor of 2."""
     target = target_from_upload(SPECIFICATION, "s", "6dB")
     chart = target_figure(target)
-    curves = {trace["name"]: trace for trace in chart["data"] if "name" in trace}
+    curves = named_series(chart)
     prescribed = curves["prescribed"]
-    place = int(np.argmin(np.abs(np.array(prescribed["x"]) - 1000)))
-    assert prescribed["x"][place] == pytest.approx(1000)
-    assert prescribed["y"][place] == pytest.approx(0.4682, rel=1e-3)
-    assert curves["tolerance"]["y"][place] == pytest.approx(0.4682 * 10 ** (6 / 20), rel=1e-3)
-    assert prescribed["text"][place] == "1000 Hz: 300 g"
-    words = {note["text"] for note in chart["layout"]["annotations"]}
-    assert {"100 g", "1000 g", "100 µm"} <= words
-    assert (chart["layout"]["xaxis"]["type"], chart["layout"]["yaxis"]["type"]) == ("log", "log")
+    place = int(np.argmin(np.abs(prescribed.x - 1000)))
+    assert prescribed.x[place] == pytest.approx(1000)
+    assert prescribed.y[place] == pytest.approx(0.4682, rel=1e-3)
+    assert curves["tolerance"].high[place] == pytest.approx(0.4682 * 10 ** (6 / 20), rel=1e-3)
+    assert prescribed.labels[place] == "300 g"
+    assert {"100 g", "1000 g", "100 µm"} <= {label.text for label in chart.labels}
+    assert (chart.x.scale, chart.y.scale) == ("log", "log")
     assert target_sentence(target) == (
         "The specification reaches from 100 to 10000 Hz and from 30 to 300 "
         "g, with a tolerance of +6/−6 dB."
@@ -117,11 +118,9 @@ def test_side_without_limit_is_said_and_reaches_the_edge() -> None:
         "frequency_hz,level_g,upper_db,lower_db\n100,30,inf,6\n1000,300,inf,6\n", "s"
     )
     assert "no limit/−6 dB" in target_sentence(target)
-    top = 10 ** target_figure(target)["layout"]["yaxis"]["range"][1]
-    edge = next(
-        trace for trace in target_figure(target)["data"] if trace.get("name") == "tolerance"
-    )
-    assert min(edge["y"]) > top
+    figure = target_figure(target)
+    edge = named_series(figure)["tolerance"]
+    assert edge.high.min() > figure.limits("y")[1]
 
 
 def test_forms_of_failed_jobs_are_filled_with_their_values() -> None:

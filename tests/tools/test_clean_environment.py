@@ -82,7 +82,7 @@ def test_reports_and_charts_find_their_fonts_without_any_of_the_machine() -> Non
     script = """
 from pyroshock.app.documents.document import Document
 from pyroshock.app.documents.write import report_content
-from pyroshock.app.common.plots import new_figure
+from pyroshock.app.figures.matplotlib_renderer import new_figure
 figure = new_figure(2, 2)
 figure.subplots().set_title("Größe µ, Δοκιμή, удар")
 figure.canvas.draw()

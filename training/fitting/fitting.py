@@ -12,18 +12,21 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ...dataset.domain import Domain
 from ...dataset.table import PulseTable, split_of
 from ...parallel.executor import HERE, ExecutorConfig
-from ..evaluation.metrics import OF_MEAN, mean_pulse_errors, pulse_errors
+from ..evaluation.metrics import OF_MEAN, PulseErrors, mean_pulse_errors, pulse_errors
 from ..evaluation.summary import Estimate, summary
+from ..models.base import ContactPrediction
 from ..models.catalogue import MODEL_SPECS, Budget, BuildOptions, entry_of
 from ..models.serialization import pack, plugin_of, unpack
 from ..models.training_task import TrainingTask, rng_of
-from ..plots.registered import training_figures
 from ..registry.records import Cost, DatasetName, HeldOutPredictions, Trained
+
+if TYPE_CHECKING:
+    from ..registry.evaluate import Evaluation
 
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
@@ -69,15 +72,34 @@ def _peak_mb() -> float:
     return float("nan")
 
 
+class TrainingFigures(Protocol):
+    """The pictures that stand beside a model in the registry, PNG files by name. Who has a renderer
+    makes them; workers get it by pickle."""
+
+    def of_model(
+        self,
+        model: str,
+        held_out: PulseTable,
+        prediction: ContactPrediction,
+        errors: PulseErrors,
+    ) -> dict[str, bytes]:
+        """Of one training: `prediction` and `errors` are of the `held_out` pulses row by row."""
+
+    def of_split(self, judged: Evaluation, split: str) -> dict[str, bytes]:
+        """Of all models that were trained on a split, side by side."""
+
+
 @dataclass(frozen=True, eq=False)
 class TrainingContext:
-    """What all trainings of one call share. `work` holds what is in progress."""
+    """What all trainings of one call share. `work` holds what is in progress, `figures` makes the
+    pictures."""
 
     dataset: DatasetName
     table: PulseTable
     seed: int
     budget: Budget
     work: Path
+    figures: TrainingFigures | None = None
 
 
 @dataclass(frozen=True)
@@ -131,7 +153,9 @@ def fit_task(
         held_out=HeldOutPredictions(held_out.key, prediction, training.key),
         metrics=summary(errors, held_out.configuration, rng) | _of_mean(training, held_out, task),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
-        figures=training_figures(task.model, held_out, prediction, errors),
+        figures={}
+        if context.figures is None
+        else context.figures.of_model(task.model, held_out, prediction, errors),
         fit_report=model.fit_report(),
     )
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 from ...parallel.executor import HERE, ExecutorConfig
 from ..evaluation.floor import floor_text
-from ..plots.registered import summary_figures
 from ..registry.evaluate import evaluate_held_out
 from ..registry.intact_models import intact_versions
 from ..registry.listing import newest
@@ -135,5 +134,6 @@ def _sum_up(registry: Registry, context: TrainingContext, run: str, splits: Sequ
             judged = evaluate_held_out(
                 registry, list(of_split.values()), lambda _hash: context.table
             )
-            figures |= summary_figures(judged, split)
+            if context.figures is not None:
+                figures |= context.figures.of_split(judged, split)
     registry.close_session(run, figures, floors)

@@ -57,9 +57,10 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
 
         page = impact_page(session, impact)
         if plot is not None:
-            from ...operations.impacts.impact_plot import plot_impact
+            from ...figures.matplotlib_renderer import write_figure
+            from ...operations.impacts.impact_plot import impact_figure
 
-            plot_impact(session, impact, plot)
+            write_figure(impact_figure(session, impact), plot)
             note(f"plot: {plot}")
         if json_to is not None:
             write_json(page, json_to)

@@ -424,9 +424,10 @@ def predict(
         for remark in built.notes:
             note(remark)
         if plot is not None:
-            from ...operations.predict.tables import plot_prediction
+            from ...figures.matplotlib_renderer import write_figure
+            from ...operations.predict.figures import prediction_figure
 
-            plot_prediction(prediction, plot)
+            write_figure(prediction_figure(prediction), plot)
             note(f"written: {plot}")
         if json_to is not None:
             write_json(prediction_json(built, prediction), json_to)

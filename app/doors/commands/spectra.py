@@ -155,7 +155,7 @@ def srs(
     progress = progress_bar(f"Computing the spectrum of {file.name}")
     with errors_as_one_line():
         with progress:
-            from ....ingest.readers import ReadingOptions
+            from .... import ReadingOptions
             from ...operations.impacts.record_choice import parse_rest
             from ...operations.impacts.spectra import measure, parse_lines, read_acceleration
             from ...operations.impacts.spectrum_tables import as_json, write_spectrum
@@ -181,9 +181,10 @@ def srs(
             write_spectrum(measured, out)
             note(f"spectrum: {out}")
         if plot is not None:
-            from ...operations.impacts.spectrum_tables import plot_spectrum
+            from ...figures.matplotlib_renderer import write_figure
+            from ...operations.impacts.spectrum_tables import spectrum_figure
 
-            plot_spectrum(measured, plot)
+            write_figure(spectrum_figure(measured), plot)
             note(f"plot: {plot}")
         if json_to is not None:
             write_json(as_json(measured), json_to)

@@ -43,21 +43,13 @@ from ...documents.document import (
     Cell,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Section,
     ShareBar,
     Table,
 )
-from ...documents.page import block_html, html_of
-from .report_charts import (
-    curve_chart,
-    legend_keys,
-    path_chart,
-    residual_chart,
-    residual_title,
-    share_chart,
-)
+from ...documents.page import blocks_html, html_of
+from .report_charts import curve_plot, path_plot, residual_plot, share_plot
 from .request import restrictions_among
 from .statements import drawn_effects as drawn_effects_sentence
 from .statements import summary
@@ -158,15 +150,11 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
 
 def section_html(section: Section) -> str:
     """The blocks of a section as HTML, every text escaped."""
-    return "".join(map(block_html, section.blocks))
+    return blocks_html(section.blocks)
 
 
 def _path_and_shares(verdict: Verdict) -> list[Block]:
-    charts = {
-        "The path of the model error": path_chart(verdict),
-        "Shares of the effects": share_chart(verdict),
-    }
-    figures = [Figure(title, drawing) for title, drawing in charts.items() if drawing]
+    figures = [plot for plot in (path_plot(verdict), share_plot(verdict)) if plot is not None]
     if not figures:
         return []
     return [
@@ -349,15 +337,9 @@ def _pictures(verdict: Verdict, most: int | None) -> list[Block]:
             picture for picture in pictures.residuals if any(picture is item for item in largest)
         )
         pictures = replace(pictures, residuals=kept)
-    figures = [
-        Figure(residual_title(p), residual_chart(p, pictures.configurations))
-        for p in pictures.residuals
-    ]
-    figures += [
-        Figure(picture.title.partition(", ")[0], curve_chart(picture))
-        for picture in pictures.curves
-    ]
-    blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
+    figures = [residual_plot(p, pictures.configurations) for p in pictures.residuals]
+    figures += [curve_plot(picture) for picture in pictures.curves]
+    blocks: list[Block] = [ChartRow(figures)]
     if pictures.drawn_effects:
         blocks.append(Paragraph(drawn_effects_sentence(verdict), quiet=True))
     if pictures.residuals and pictures.configurations:

@@ -1,37 +1,43 @@
-"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside
+"""The figures of a diagnosis: residuals before and after with the noise shaded, records beside
 their simulation; the path of the error as a waterfall, and each effect's share with its interval.
 
-Bars are horizontal with the name above, so that they are readable on a telephone, too. Drawn of the
-elements and classes that `documents.pdf` knows.
+Bars are horizontal with the name above, so that they are readable on a telephone, too.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from html import escape
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ....array_types import Floats
-from ....diagnosis.verdict import CORRECTED, CurvePicture, Pictures, ResidualPicture, Verdict
+from ....diagnosis.verdict import CORRECTED, CurvePicture, ResidualPicture, Verdict
 from ...common.number_format import join_words, number, percent, percent_with_range
 from ...common.quantities import shown_unit
-from ...documents.svg import WIDTH, band, chart, dots, frame_of, level, line, tick_text, ticks
+from ...figures.figure import (
+    DIMENSIONLESS,
+    BandSeries,
+    BarSeries,
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotSeries,
+    PointSeries,
+    ReferenceLine,
+    TextLabel,
+)
 from .wording import effect_subject, observable_label
 
-#: The floor is shaded to so many standard deviations.
+#: The noise is shaded to so many standard deviations.
 SIGMAS = 2.0
 _LARGEST_LOG = 20.0
+_BEFORE, _AFTER, _TOLERANCE = "nominal model", "model with effects", "tolerance"
 
 
-def residual_title(picture: ResidualPicture) -> str:
-    """The physical name of an observable, and its stage."""
-    return f"{observable_label(picture.name).text} ({picture.stage})"
-
-
-def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) -> str:
+def residual_plot(picture: ResidualPicture, configurations: tuple[str, ...]) -> Plot:
     """Residuals over the configurations; those of logarithms as per cent of the simulated value."""
     count = picture.before.size
     label = observable_label(picture.name)
@@ -41,35 +47,46 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
         if len(configurations) == count
         else tuple(f"configuration {i}" for i in range(1, count + 1))
     )
-    ends = np.array([0.5, count + 0.5])
     shade = SIGMAS * picture.floor
     # the first and last floors reach to the edges of the frame
-    edges = np.concatenate([ends[:1], x, ends[1:]])
+    edges = np.concatenate([[0.5], x, [count + 0.5]])
     wide = np.concatenate([shade[:1], shade, shade[-1:]])
-
-    unit, scale = shown_unit(picture.unit)
+    unit, scale = ("%", 1.0) if label.relative else shown_unit(picture.unit)
 
     def shown(residuals: Floats) -> Floats:
         return _in_percent(residuals) if label.relative else scale * residuals
 
-    low, high, room = (
-        shown(-wide),
-        shown(wide),
-        shown(np.array([-picture.tolerance, picture.tolerance])),
+    rings = PointSeries(
+        name=_BEFORE,
+        role=ColourRole.BEFORE,
+        x=x,
+        y=shown(picture.before),
+        filled=False,
+        labels=names,
     )
-    before = shown(picture.before)
-    after = [] if picture.after is None else [shown(picture.after)]
-    frame = frame_of([ends], [before, *after, low, high, room])
-    marks = [
-        band(frame, edges, low, high, "floor"),
-        level(frame, 0.0, "zero"),
-        *(level(frame, float(value), "tolerance") for value in room),
-        dots(frame, x, before, "before", names),
-        *(dots(frame, x, residual, "after", names) for residual in after),
+    series: list[PlotSeries] = [
+        BandSeries(
+            name="measurement noise, two standard deviations",
+            role=ColourRole.NOISE,
+            opacity=1.0,
+            x=edges,
+            low=shown(-wide),
+            high=shown(wide),
+        ),
+        rings,
     ]
-    bracket = " (%)" if label.relative else "" if picture.unit == "1" else f" ({unit})"
-    title = f"measured {'over' if label.relative else 'less'} simulated{bracket}"
-    return chart(residual_title(picture), frame, marks, "configuration", title, whole=True)
+    if picture.after is not None:
+        after = shown(picture.after)
+        series.append(PointSeries(name=_AFTER, role=ColourRole.AFTER, x=x, y=after, labels=names))
+    ends = shown(np.array([-picture.tolerance, picture.tolerance]))
+    lines = [ReferenceLine("y", float(end), _TOLERANCE, ColourRole.TOLERANCE) for end in ends]
+    return Plot(
+        f"{label.text} ({picture.stage})",
+        PlotAxis("configuration", DIMENSIONLESS, limits=(0.5, count + 0.5), whole=True),
+        PlotAxis(f"measured {'over' if label.relative else 'less'} simulated", unit),
+        tuple(series),
+        (ReferenceLine("y", 0.0, dash="solid"), *lines),
+    )
 
 
 def _in_percent(logarithms: Floats) -> Floats:
@@ -78,55 +95,45 @@ def _in_percent(logarithms: Floats) -> Floats:
     return np.asarray(100 * np.expm1(np.clip(logarithms, -_LARGEST_LOG, _LARGEST_LOG)))
 
 
-def curve_chart(picture: CurvePicture) -> str:
+def curve_plot(picture: CurvePicture) -> Plot:
     """A record, and its simulation before and after."""
     (x_unit, x_scale), (y_unit, y_scale) = shown_unit(picture.x_unit), shown_unit(picture.y_unit)
-    x = x_scale * picture.x
-    curves = {"before": picture.before, "after": picture.after, "measured": picture.measured}
-    shown = {f"{kind}-line": y_scale * y for kind, y in curves.items() if y is not None}
-    frame = frame_of(
-        [x], list(shown.values()), log_x=picture.logarithmic, log_y=picture.logarithmic
+    curves = (
+        (_BEFORE, ColourRole.BEFORE, picture.before),
+        (_AFTER, ColourRole.AFTER, picture.after),
+        ("measured", ColourRole.INK, picture.measured),
     )
-    marks = [line(frame, x, y, kind) for kind, y in shown.items()]
-    titles = (
-        f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit))
+    series = tuple(
+        LineSeries(
+            name=name,
+            role=role,
+            x=x_scale * picture.x,
+            y=y_scale * y,
+            dash="dash" if role == ColourRole.BEFORE else "solid",
+        )
+        for name, role, y in curves
+        if y is not None
     )
-    return chart(picture.title, frame, marks, *titles)
-
-
-def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
-    """The marks of the charts by kind, and their meaning."""
-    later = [picture.after for picture in pictures.residuals] + [
-        picture.after for picture in pictures.curves
-    ]
-    after = any(values is not None for values in later)
-    keys = [("before", "nominal model")] + ([("after", "model with effects")] if after else [])
-    keys += [("measured", "measured")] if pictures.curves else []
-    return (
-        *keys,
-        ("floor", "measurement noise, two standard deviations"),
-        ("tolerance", "tolerance"),
+    x, y = (
+        PlotAxis(name, unit or DIMENSIONLESS, "log" if picture.logarithmic else "linear")
+        for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit))
     )
+    return Plot(picture.title.partition(", ")[0], x, y, series)
 
 
 #: Effects that are drawn; further ones stand in the table.
 _MOST_EFFECTS = 8
 
-_LEFT, _RIGHT, _TOP, _BOTTOM = 10.0, 12.0, 6.0, 40.0
-_ROW, _TEXT, _BAR = 34.0, 12.0, 11.0
-_Across = Callable[[float], float]
-
 
 @dataclass(frozen=True)
 class BarRow:
-    """A bar from `start` to `end` in the unit of the axis; `kind` is its class. `interval` is drawn
-    as a whisker."""
+    """A bar from `start` to `end` in the unit of the axis; `interval` is drawn as a whisker."""
 
     name: str
     value: str
     start: float
     end: float
-    kind: str
+    role: ColourRole
     interval: tuple[float, float] | None = None
 
 
@@ -144,16 +151,18 @@ def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
         return ()
     levels = [level / gap.tolerance for level in levels]
     rows = [
-        BarRow("before: the nominal model", _tolerances(levels[0]), 0.0, levels[0], "bar-error")
+        BarRow(
+            "before: the nominal model", _tolerances(levels[0]), 0.0, levels[0], ColourRole.BEFORE
+        )
     ]
     for step, before, after in zip(verdict.path, levels, levels[1:], strict=False):
-        kind = "bar-gone" if after <= before else "bar-error"
+        role = ColourRole.CAUSE if after <= before else ColourRole.BEFORE
         gone = f"{percent(step.fraction)} gone" if math.isfinite(step.fraction) else ""
-        rows.append(BarRow(f"+ {_short(step.effects) or step.added}", gone, after, before, kind))
-    rows.append(BarRow("what remains", _tolerances(levels[-1]), 0.0, levels[-1], "bar-error"))
+        rows.append(BarRow(f"+ {_short(step.effects) or step.added}", gone, after, before, role))
+    rows.append(BarRow("what remains", _tolerances(levels[-1]), 0.0, levels[-1], ColourRole.BEFORE))
     rows += _learned(verdict)
     noise = gap.noise_floor / gap.tolerance
-    return (*rows, BarRow("measurement noise", _tolerances(noise), 0.0, noise, "floor"))
+    return (*rows, BarRow("measurement noise", _tolerances(noise), 0.0, noise, ColourRole.NOISE))
 
 
 def _short(effects: Sequence[str]) -> str:
@@ -176,7 +185,9 @@ def _learned(verdict: Verdict) -> list[BarRow]:
         return []
     after = pairs[0][1] / verdict.gap.tolerance
     return [
-        BarRow("with a learned correction (no cause)", _tolerances(after), 0.0, after, "bar-other")
+        BarRow(
+            "with a learned correction (no cause)", _tolerances(after), 0.0, after, ColourRole.OTHER
+        )
     ]
 
 
@@ -186,20 +197,25 @@ def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
     sets = verdict.cause_sets
     members = {name for own in sets for name in own.effects}
     others = [effect for effect in verdict.effects if effect.effect not in members]
-    bars = [(_short(own.effects), own.share, own.ci90, "bar-named") for own in sets]
-    bars += [(_short([effect.effect]), effect.share, effect.ci90, "bar-other") for effect in others]
+    bars = [(_short(own.effects), own.share, own.ci90, ColourRole.CAUSE) for own in sets]
+    bars += [
+        (_short([effect.effect]), effect.share, effect.ci90, ColourRole.OTHER) for effect in others
+    ]
     effects = [bar for bar in bars if math.isfinite(bar[1])]
     rows = [_share_row(*bar) for bar in effects[:_MOST_EFFECTS]]
     if verdict.unexplained is not None and math.isfinite(verdict.unexplained.share):
         rows.append(
             _share_row(
-                "unexplained", verdict.unexplained.share, verdict.unexplained.ci90, "bar-error"
+                "unexplained",
+                verdict.unexplained.share,
+                verdict.unexplained.ci90,
+                ColourRole.BEFORE,
             )
         )
     return tuple(rows) if effects else ()
 
 
-def _share_row(name: str, share: float, ci90: tuple[float, float], kind: str) -> BarRow:
+def _share_row(name: str, share: float, ci90: tuple[float, float], role: ColourRole) -> BarRow:
     low, high = (100 * end for end in ci90)
     drawable = math.isfinite(low + high)
     text = percent_with_range(share, ci90) if drawable else percent(share)
@@ -208,96 +224,72 @@ def _share_row(name: str, share: float, ci90: tuple[float, float], kind: str) ->
         text,
         min(0.0, 100 * share),
         max(0.0, 100 * share),
-        kind,
+        role,
         (low, high) if drawable else None,
     )
 
 
-def path_chart(verdict: Verdict) -> str:
-    """The waterfall as SVG; "" where there is none."""
+def path_plot(verdict: Verdict) -> Plot | None:
+    """The waterfall; None where there is none."""
     rows = path_rows(verdict)
-    title = "model error, held out (times the tolerance)"
-    return (
-        _chart("Path of the model error", title, rows, connected=len(verdict.path) + 1)
-        if rows
-        else ""
-    )
+    if not rows:
+        return None
+    axis = PlotAxis("model error, held out, times the tolerance", DIMENSIONLESS)
+    return _bars("The path of the model error", axis, rows, len(verdict.path) + 1)
 
 
-def share_chart(verdict: Verdict) -> str:
-    """The shares as SVG; "" where there are none."""
+def share_plot(verdict: Verdict) -> Plot | None:
+    """The shares; None where there are none."""
     rows = share_rows(verdict)
-    return (
-        _chart("Shares of the effects", "share of the squared error (%), 90 % intervals", rows)
-        if rows
-        else ""
-    )
+    axis = PlotAxis("share of the squared error, 90 % intervals", "%")
+    return _bars("Shares of the effects", axis, rows) if rows else None
 
 
-def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0) -> str:
+def _bars(title: str, x: PlotAxis, rows: Sequence[BarRow], connected: int = 0) -> Plot:
     """`connected`: so many of the first bars are joined to the next, where one begins at the level
     of the other."""
-    values: list[float] = [
-        value for row in rows for value in (row.start, row.end, *(row.interval or ()))
-    ]
+    values = [value for row in rows for value in (row.start, row.end, *(row.interval or ()))]
     low, high = min(0.0, *values), max(values)
-    scale = (WIDTH - _LEFT - _RIGHT) / ((high - low) or 1.0)
-
-    def across(value: float) -> float:
-        return _LEFT + (value - low) * scale
-
-    height = _TOP + len(rows) * _ROW + _BOTTOM
-    parts = [_axis(low, high, across, height, x_title)]
+    ends = (low, high if high > low else low + 1.0)
+    series = [*_joints(rows[:connected]), *(_bar(i, row) for i, row in enumerate(rows))]
+    labels = []
     for i, row in enumerate(rows):
-        top = _TOP + i * _ROW
-        if i < connected:
-            level = across(row.start if i else row.end)
-            parts.append(
-                _line("grid", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR)
-            )
-        parts.append(_row(row, across, top))
-    return (
-        f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" '
-        f'aria-label="{escape(label)}">{"".join(parts)}</svg>'
+        y, ink = i - 0.05, ColourRole.INK
+        labels.append(TextLabel(row.name, ends[0], y, "start", above=True, role=ink))
+        if row.value:
+            labels.append(TextLabel(row.value, ends[1], y, "end", above=True, role=ink))
+    names = tuple(row.name for row in rows)
+    return Plot(
+        title,
+        replace(x, limits=ends),
+        PlotAxis("", categories=names, reversed=True, hidden=True),
+        tuple(series),
+        labels=tuple(labels),
     )
 
 
-def _axis(low: float, high: float, across: _Across, height: float, title: str) -> str:
-    bottom = height - _BOTTOM
-    parts = []
-    for value in ticks((low, high)):
-        x = across(value)
-        parts.append(_line("grid", x, _TOP, x, bottom))
-        parts.append(_text("tick", x, bottom + 14, "middle", tick_text(value)))
-    parts.append(_text("axis", WIDTH / 2, height - 8, "middle", title))
-    return "".join(parts)
-
-
-def _row(row: BarRow, across: _Across, top: float) -> str:
-    y = top + _TEXT + 3
-    start, right = across(row.start), max(across(row.end), across(row.start) + 1.0)
-    points = (
-        f"{start:.1f},{y:.1f} {right:.1f},{y:.1f} {right:.1f},{y + _BAR:.1f} "
-        f"{start:.1f},{y + _BAR:.1f}"
+def _bar(place: int, row: BarRow) -> BarSeries:
+    low, high = row.interval or (None, None)
+    return BarSeries(
+        detail=row.name,
+        role=row.role,
+        position=np.array([place + 0.2]),
+        base=np.array([row.start]),
+        end=np.array([row.end]),
+        low=None if low is None else np.array([low]),
+        high=None if high is None else np.array([high]),
+        width=0.36,
+        horizontal=True,
     )
-    parts = [
-        _text("axis", _LEFT, top + _TEXT - 1, "start", row.name),
-        _text("axis", WIDTH - _RIGHT, top + _TEXT - 1, "end", row.value),
-        f'<polygon class="{row.kind}" points="{points}"/>',
-    ]
-    if row.interval is not None:
-        ends, middle = [across(end) for end in row.interval], y + _BAR / 2
-        parts.append(_line("interval", ends[0], middle, ends[1], middle))
-        parts += [_line("interval", end, middle - 3, end, middle + 3) for end in ends]
-    return "".join(parts)
 
 
-def _line(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
-    return f'<line class="{kind}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>'
-
-
-def _text(kind: str, x: float, y: float, anchor: str, words: str) -> str:
-    return (
-        f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}" '
-        f'text-anchor="{anchor}">{escape(words)}</text>'
-    )
+def _joints(rows: Sequence[BarRow]) -> Iterator[LineSeries]:
+    for i, row in enumerate(rows):
+        level = row.start if i else row.end
+        yield LineSeries(
+            role=ColourRole.RULE,
+            x=np.array([level, level]),
+            y=np.array([i, i + 1.0]) + 0.2,
+            width=1.0,
+            silent=True,
+        )

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...common.errors import argument_names
-from ...common.frames import axes_or_new, frame_of, titled_table
-from ..operation import Lines, Result, Table
+from ...common.frames import frame_of, titled_table
+from ...figures.figure import DIMENSIONLESS, BarSeries, ColourRole, Plot, PlotAxis, as_floats
+from ...figures.matplotlib_renderer import plot_on
+from ..operation import Lines, Result, ResultTable
 from ..sentence import Sentence
 
 if TYPE_CHECKING:
@@ -49,7 +51,7 @@ class GapDiagnosis(Result):
         restrictions = map(Sentence, restrictions_among(self.verdict.assumptions))
         return (*restrictions, *answer(self.verdict))
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """Size, effects, path, causes and places of the model error, and what to do next."""
         from .tables import tables
 
@@ -244,22 +246,44 @@ class GapDiagnosis(Result):
     def plot(self, ax: Axes | None = None) -> Axes:
         """The shares of the gap by set of effects, with their 90 % intervals, the causes at the
         top."""
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The shares of the gap by set of effects, with their 90 % intervals, as a figure."""
         sets = self.verdict.cause_sets
         members = {name for own in sets for name in own.effects}
-        bars = [(own.name, own.share, own.ci90, "#1b6ca8") for own in sets]
-        bars += [
-            (effect.effect, effect.share, effect.ci90, "0.75")
+        rows = [("named as a cause", own.name, own.share, own.ci90) for own in sets]
+        rows += [
+            ("not named", effect.effect, effect.share, effect.ci90)
             for effect in self.verdict.effects
             if effect.effect not in members and abs(effect.share) >= 0.005
         ]
-        bars = bars[:12][::-1]
-        axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(bars), 2))
-        for place, (_, share, interval, colour) in enumerate(bars):
-            axes.barh(place, share, color=colour)
-            axes.plot(interval, [place, place], color="black", lw=1)
-        axes.set_yticks(range(len(bars)), [name for name, *_ in bars])
-        axes.set_xlabel("share of the squared gap, with its 90 % interval; blue: named as a cause")
-        return axes
+        rows = rows[:12]
+        series = []
+        for kind, role in (("named as a cause", ColourRole.CAUSE), ("not named", ColourRole.OTHER)):
+            chosen = [i for i, row in enumerate(rows) if row[0] == kind]
+            if chosen:
+                low, high = (as_floats([rows[i][3][side] for i in chosen]) for side in (0, 1))
+                series.append(
+                    BarSeries(
+                        as_floats(chosen),
+                        as_floats([rows[i][2] for i in chosen]),
+                        low=low,
+                        high=high,
+                        horizontal=True,
+                        name=kind,
+                        role=role,
+                    )
+                )
+        names = tuple(name for _, name, *_ in rows)
+        quantity = "share of the squared gap, with its 90 % interval"
+        return Plot(
+            f"Gap of {self.verdict.campaign}",
+            PlotAxis(quantity, DIMENSIONLESS),
+            PlotAxis("effect", DIMENSIONLESS, categories=names, reversed=True),
+            tuple(series),
+            height=115 + 30 * max(len(names), 2),
+        )
 
     def __repr__(self) -> str:
         return f"<{self.verdict.campaign}: {self.sentence}>"

@@ -1,10 +1,9 @@
-"""One impact as a picture: its whole record, and beside it the contact; a record without contact is
+"""One impact as a figure: its whole record, and beside it the contact; a record without contact is
 drawn as well."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,29 @@ from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.impacts import Pulse
 from ....schema.recordings import RecordedChannel
 from ....schema.series import as_floats
-from ...common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from ...common.quantities import display_of, display_of_unit
+from ...figures.figure import (
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PlotSeries,
+    PointSeries,
+    ReferenceRegion,
+    category,
+)
 from .impact import get_impact
 
 #: Channels of the whole record, in this order from the top; of another quantity none is drawn where
 #: there are these.
 _DRAWN = ("force", "acceleration")
-_COLOURS = (MEASURED, "#d55e00", "#00805e", "#b35d96", "#2b90c4", "#a67c00")
 #: Samples of a whole record that are drawn: the extremes of so many buckets.
 _BUCKETS = 2000
 
 
-def plot_impact(session: Session, key: int, path: Path) -> None:
-    """Write the whole record of every force and acceleration, and beside it the contact with the
+def impact_figure(session: Session, key: int) -> PlotGrid:
+    """The whole record of every force and acceleration, and beside it the contact with the
     extracted pulse.
 
     Where there is neither force nor acceleration, every channel is drawn. Raises `LookupError` for
@@ -45,56 +53,48 @@ def plot_impact(session: Session, key: int, path: Path) -> None:
         )
     quantities = [name for name in _DRAWN if any(row.quantity == name for row in rows)]
     quantities = quantities or list(dict.fromkeys(row.quantity for row in rows))
-    figure = new_figure(7 if pulse is None else 12, 3.2 * len(quantities))
-    axes = figure.subplots(len(quantities), 1 if pulse is None else 2, squeeze=False)
-    for place, quantity in enumerate(quantities):
+    grid = []
+    for quantity in quantities:
         channels = [row for row in rows if row.quantity == quantity]
-        draw_record(axes[place, 0], session, channels)
-        if pulse is not None:
-            if quantity == "force":
-                draw_pulse(axes[place, 1], session, impact.recording_id, pulse)
-            else:
-                margin = pulse.contact_time_s
-                draw_record(
-                    axes[place, 1],
-                    session,
-                    channels,
-                    (pulse.start_s - margin, pulse.start_s + 3 * margin),
-                )
-    figure.suptitle(f"impact {key}: whole record" + ("" if pulse is None else ", and the contact"))
-    save(figure, path)
+        plots = [record_plot(session, channels)]
+        if pulse is not None and quantity == "force":
+            plots.append(pulse_plot(session, impact.recording_id, pulse))
+        elif pulse is not None:
+            margin = pulse.contact_time_s
+            span = pulse.start_s - margin, pulse.start_s + 3 * margin
+            plots.append(record_plot(session, channels, span))
+        grid.append(tuple(plots))
+    title = f"impact {key}: whole record" + ("" if pulse is None else ", and the contact")
+    return PlotGrid(title, tuple(grid))
 
 
-def draw_record(
-    axes: Any,
+def record_plot(
     session: Session,
     channels: Sequence[RecordedChannel],
     span_s: tuple[float, float] | None = None,
-) -> None:
+) -> Plot:
     """Channels of one quantity over the time of the recording, with their sum where they are cells
     of one array."""
     display = display_of_unit(channels[0].si_unit)
+    series: list[PlotSeries] = []
     total: Any = None
-    for number, row in enumerate(channels):
+    for i, row in enumerate(channels):
         first, stop = _samples(row, span_s)
         channel = read_channel(session, row, first, stop)
         values = np.asarray(channel.si) * display.scale
         time_ms = (channel.start_s + np.arange(values.size) / channel.sampling_rate_hz) * 1e3
-        axes.plot(
-            *_thinned(time_ms, values),
-            color=_COLOURS[number % len(_COLOURS)],
-            lw=0.8,
-            label=row.name,
-        )
+        line = LineSeries(*_thinned(time_ms, values), width=1, name=row.name, role=category(i))
+        series.append(line)
         total = (
             values if total is None else total + values if values.size == np.size(total) else None
         )
-    if channels[0].quantity == "force" and len(channels) > 1 and total is not None:
-        axes.plot(
-            *_thinned(time_ms, total), color="black", lw=1.2, label=f"sum of {len(channels)} cells"
-        )
-    axes.set(xlabel="time (ms)", ylabel=f"{channels[0].quantity} ({display.unit})")
-    axes.legend(frameon=False, fontsize="small")
+    quantity = channels[0].quantity
+    if quantity == "force" and len(channels) > 1 and total is not None:
+        name = f"sum of {len(channels)} cells"
+        sum_line = LineSeries(*_thinned(time_ms, total), name=name, role=ColourRole.INK)
+        series.append(sum_line)
+    y = PlotAxis(quantity, display.unit or "1")
+    return Plot(quantity, PlotAxis("time", "ms"), y, tuple(series))
 
 
 def _samples(row: RecordedChannel, span_s: tuple[float, float] | None) -> tuple[int, int]:
@@ -118,12 +118,13 @@ def _thinned(time_ms: Any, values: Any) -> tuple[Any, Any]:
     return time_ms[places], values[places]
 
 
-def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> None:
-    """One pulse on `axes`: recorded samples with a margin of half a contact, their sum, spline,
-    equidistant points."""
+def pulse_plot(session: Session, recording: int, pulse: Pulse) -> Plot:
+    """One pulse: recorded samples with a margin of half a contact, their sum, spline, equidistant
+    points."""
     margin, display = 0.5 * pulse.contact_time_s, display_of("force_n")
     span = (pulse.start_s - margin, pulse.start_s + pulse.contact_time_s + margin)
     cells = [row for row in list_channels(session, recording) if row.quantity == "force"]
+    series: list[PlotSeries] = []
     total: Any = None
     for row in cells:
         channel = read_channel(session, row, *_samples(row, span))
@@ -135,21 +136,21 @@ def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> Non
             values if total is None else total + values if values.size == np.size(total) else None
         )
         if len(cells) > 1:
-            axes.plot(time_ms, values, color=QUIET, lw=0.8, label=row.name)
+            series.append(
+                LineSeries(time_ms, values, width=1, name=row.name, role=ColourRole.QUIET)
+            )
     if total is not None:
         words = f"sum of {len(cells)} cells" if len(cells) > 1 else f"recorded {cells[0].name}"
-        axes.plot(time_ms, total, "o", color=MEASURED, ms=4, label=words)
+        series.append(PointSeries(time_ms, total, size=5, name=words, role=ColourRole.MEASURED))
     fine = as_floats(pulse.fine_force_n, f"the force of pulse {pulse.id}") * display.scale
-    axes.plot(
-        np.arange(fine.size) * pulse.fine_period_s * 1e3,
-        fine,
-        color=MODEL,
-        lw=1.5,
-        label="smoothing spline",
-    )
+    spline_ms = np.arange(fine.size, dtype=np.float64) * pulse.fine_period_s * 1e3
+    series.append(LineSeries(spline_ms, fine, name="smoothing spline", role=ColourRole.MODEL))
     points = np.asarray(pulse.force_points_n) * display.scale
     at = np.linspace(0, pulse.contact_time_s, points.size) * 1e3
-    axes.plot(at, points, "|", color="black", ms=9, label=f"{points.size} points")
-    axes.axvspan(0, pulse.contact_time_s * 1e3, color=QUIET, alpha=0.15, lw=0, label="contact")
-    axes.set(xlabel="time since first contact (ms)", ylabel=f"force ({display.unit})")
-    axes.legend(frameon=False, loc="upper right", fontsize="small")
+    name = f"{points.size} points"
+    series.append(PointSeries(at, points, filled=False, name=name, role=ColourRole.INK))
+    contact = ReferenceRegion(
+        "x", 0.0, pulse.contact_time_s * 1e3, "contact", role=ColourRole.QUIET
+    )
+    axes = PlotAxis("time since first contact", "ms"), PlotAxis("force", display.unit)
+    return Plot("contact", *axes, tuple(series), regions=(contact,))

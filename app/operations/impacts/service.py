@@ -32,8 +32,18 @@ from ....schema.series import as_floats, resolve
 from ....twin.contact.measured_restitution import RecordedPulse, poisson
 from ...common.errors import library_errors, raises_library_errors
 from ...common.filters import parse_where
-from ...common.frames import axes_or_new, facts_table, frame_of, titled_table, with_units
+from ...common.frames import facts_table, frame_of, titled_table, with_units
 from ...common.quantities import shown_unit
+from ...figures.figure import (
+    DIMENSIONLESS,
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PointSeries,
+)
+from ...figures.matplotlib_renderer import plot_on, plot_rows
 from .impact import PULSE_FIGURES, get_impact
 
 if TYPE_CHECKING:
@@ -86,11 +96,22 @@ class ForcePulse:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The spline and its points over the time since first contact."""
-        axes = axes_or_new(ax)
-        axes.plot(self.time_s * 1e3, self.force_n * 1e-3, label=f"impact {self.impact}")
-        axes.plot(self.points_time_s * 1e3, self.points_n * 1e-3, "k|", ms=8)
-        axes.set(xlabel="time since first contact (ms)", ylabel="force (kN)")
-        return axes
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The spline and its points as a figure."""
+        name = f"impact {self.impact}"
+        spline = LineSeries(self.time_s * 1e3, self.force_n * 1e-3, name=name)
+        points = PointSeries(
+            self.points_time_s * 1e3,
+            self.points_n * 1e-3,
+            size=5,
+            filled=False,
+            detail=f"points of {name}",
+            role=ColourRole.INK,
+        )
+        axes = PlotAxis("time since first contact", "ms"), PlotAxis("force", "kN")
+        return Plot(name, *axes, (spline, points))
 
     def _repr_html_(self) -> str:
         return facts_table(
@@ -177,20 +198,23 @@ class StoredChannel:
         self, ax: Axes | None = None, *, start_s: float | None = None, stop_s: float | None = None
     ) -> Axes:
         """The channel, or the part between two times, over the time of the recording."""
+        return plot_on(self.figure(start_s=start_s, stop_s=stop_s), ax)
+
+    def figure(self, *, start_s: float | None = None, stop_s: float | None = None) -> Plot:
+        """The channel, or the part between two times, as a figure."""
         first, stop = self._span(
             self.start_s if start_s is None else start_s, float("inf") if stop_s is None else stop_s
         )
         series = self._series(first, stop)
-        axes, (time_unit, time_scale), (unit, scale) = (
-            axes_or_new(ax),
-            shown_unit("s"),
-            shown_unit(self.unit),
+        (time_unit, time_scale), (unit, scale) = shown_unit("s"), shown_unit(self.unit)
+        line = LineSeries(
+            time_scale * series.index.to_numpy(),
+            np.asarray(scale * series.to_numpy(), dtype=np.float64),
+            width=1,
+            detail=self.name,
         )
-        axes.plot(
-            time_scale * series.index.to_numpy(), scale * series.to_numpy(), lw=0.8, label=self.name
-        )
-        axes.set(xlabel=f"time ({time_unit})", ylabel=f"{self.quantity} ({unit})")
-        return axes
+        axes = PlotAxis("time", time_unit), PlotAxis(self.quantity, unit or DIMENSIONLESS)
+        return Plot(self.name, *axes, (line,), height=200)
 
     def srs(
         self,
@@ -294,24 +318,16 @@ class StoredRecording(Mapping[str, StoredChannel]):
 
     def plot(self, *, start_s: float | None = None, stop_s: float | None = None) -> list[Axes]:
         """Every channel in axes of its own, one below the other, with a common time."""
-        import matplotlib.pyplot as plt
+        return plot_rows(self.figure(start_s=start_s, stop_s=stop_s))
 
-        count = max(len(self), 1)
-        figure, rows = plt.subplots(
-            count,
-            sharex=True,
-            squeeze=False,
-            figsize=(7.0, 1.2 + 1.8 * count),
-            layout="constrained",
-        )
-        figure.suptitle(self.path)
-        for axes, channel in zip(rows[:, 0], self._channels.values(), strict=False):
-            channel.plot(axes, start_s=start_s, stop_s=stop_s).set_title(
-                channel.name, fontsize="small"
-            )
-            if channel is not list(self._channels.values())[-1]:
-                axes.set_xlabel("")
-        return list(rows[:, 0])
+    def figure(self, *, start_s: float | None = None, stop_s: float | None = None) -> PlotGrid:
+        """Every channel, one below the other, as a figure. Raises `ValueError` for a recording
+        without channels."""
+        plots = [
+            channel.figure(start_s=start_s, stop_s=stop_s) for channel in self._channels.values()
+        ]
+        rows = tuple((plot,) for plot in plots)
+        return PlotGrid(self.path, rows, share_x=True)
 
     def __repr__(self) -> str:
         return f"<recording {self.path} of impact {self.impact}: {', '.join(self._channels)}>"

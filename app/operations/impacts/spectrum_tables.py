@@ -1,4 +1,4 @@
-"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV, and as a picture."""
+"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV, and as a figure."""
 
 from __future__ import annotations
 
@@ -8,13 +8,22 @@ from typing import Any
 
 import numpy as np
 
+from .... import Finding
 from ....files.atomic_write import atomic_file
 from ....files.spreadsheet_guard import GuardedCsv
-from ....signals.checks import Finding
 from ....twin.srs.target import SpectrumComparison, Target
 from ...common.number_format import finite
-from ...common.plots import MEASURED, MODEL, QUIET, new_figure, save
 from ...common.quantities import display_of
+from ...figures.figure import (
+    BandSeries,
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PlotSeries,
+    PointSeries,
+)
 from .spectra import Acceleration, MeasuredSpectrum
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")
@@ -164,82 +173,78 @@ def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
     }
 
 
-def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
-    """Spectrum on log-log axes above, record below. `ValueError` for a suffix that cannot be
-    drawn."""
-    figure = new_figure(8, 8)
-    above, below = figure.subplots(2, 1, height_ratios=(2, 1))
-    draw_spectrum(above, measured)
-    draw_record(below, measured.acceleration)
-    save(figure, path)
+def spectrum_figure(measured: MeasuredSpectrum) -> PlotGrid:
+    """Spectrum on logarithmic axes above, record below."""
+    title = f"Shock response spectrum of {measured.acceleration.channel}"
+    return PlotGrid(title, ((spectrum_plot(measured),), (_record_plot(measured.acceleration),)))
 
 
-def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
+def spectrum_plot(measured: MeasuredSpectrum) -> Plot:
     """Positive, negative and maximax spectrum; lines outside of the target's tolerance are
     marked."""
     spectrum, held = measured.spectrum, measured.comparison
-    shown = display_of("acceleration_m_s2")
-    if held is not None:
-        draw_band(axes, held.target)
-    axes.loglog(
-        spectrum.frequency_hz,
-        shown.scale * spectrum.maximax,
-        color="black",
-        lw=1.6,
-        label="maximax",
-    )
-    axes.loglog(
-        spectrum.frequency_hz,
-        shown.scale * spectrum.positive,
-        color=MEASURED,
-        lw=1,
-        ls="--",
-        label="positive",
-    )
-    axes.loglog(
-        spectrum.frequency_hz,
-        shown.scale * spectrum.negative,
-        color=MODEL,
-        lw=1,
-        ls=":",
-        label="negative",
-    )
+    shown, hz = display_of("acceleration_m_s2"), spectrum.frequency_hz
+    series: list[PlotSeries] = [] if held is None else _target_series(held.target)
+    series += [
+        LineSeries(hz, shown.scale * spectrum.maximax, name="maximax", role=ColourRole.INK),
+        LineSeries(
+            *(hz, shown.scale * spectrum.positive, "dash"),
+            name="positive",
+            role=ColourRole.MEASURED,
+        ),
+        LineSeries(
+            *(hz, shown.scale * spectrum.negative, "dot"), name="negative", role=ColourRole.MODEL
+        ),
+    ]
     if held is not None and not held.within:
         out = held.margin_db < 0
         level = shown.scale * held.target.level_m_s2[out] * 10 ** (held.error_db[out] / 20)
-        axes.loglog(
-            held.frequency_hz[out],
-            level,
-            "o",
-            color=MODEL,
-            ms=5,
-            mfc="none",
-            label="out of tolerance",
+        series.append(
+            PointSeries(
+                *(held.frequency_hz[out], level),
+                filled=False,
+                name="out of tolerance",
+                role=ColourRole.MODEL,
+            )
         )
-    axes.set_xlabel("natural frequency (Hz)")
-    axes.set_ylabel(f"absolute acceleration, Q = {spectrum.q:.3g} ({shown.unit})")
-    axes.grid(which="both", color=QUIET, alpha=0.25, lw=0.5)
-    axes.legend(frameon=False)
+    quantity = f"absolute acceleration, Q = {spectrum.q:.3g}"
+    return Plot(
+        "spectrum",
+        PlotAxis("natural frequency", "Hz", scale="log"),
+        PlotAxis(quantity, shown.unit, scale="log"),
+        tuple(series),
+        height=480,
+    )
 
 
-def draw_band(axes: Any, target: Target) -> None:
+def _target_series(target: Target) -> list[PlotSeries]:
     """Level and tolerance; a side that is free has no edge."""
     level = display_of("acceleration_m_s2").scale * target.level_m_s2
     upper, lower = (level * 10 ** (db / 20) for db in (target.upper_db, -target.lower_db))
-    axes.loglog(target.frequency_hz, level, color=QUIET, lw=1.2, label="target")
-    for edge in (upper, lower):
-        good = np.isfinite(edge) & (edge > 0)
-        axes.loglog(target.frequency_hz[good], edge[good], color=QUIET, lw=0.8, ls="--")
     both = np.isfinite(upper) & (lower > 0)
-    axes.fill_between(target.frequency_hz, lower, upper, where=both, color=QUIET, alpha=0.2, lw=0)
+    edges = [np.where(both, edge, np.nan) for edge in (lower, upper)]
+    line, role = target.frequency_hz, ColourRole.REFERENCE
+    return [
+        BandSeries(line, *edges, name="tolerance", role=ColourRole.TOLERANCE),
+        LineSeries(line, level, name="target", role=role),
+        *(
+            LineSeries(line, edge, "dash", 1.0, detail=f"{side} limit", role=role)
+            for side, edge in (("upper", upper), ("lower", lower))
+        ),
+    ]
 
 
-def draw_record(axes: Any, acceleration: Acceleration) -> None:
+def _record_plot(acceleration: Acceleration) -> Plot:
     """Acceleration against time."""
     values = acceleration.values_m_s2
     time = acceleration.start_s + np.arange(values.size) / acceleration.sampling_rate_hz
     shown, shown_time = display_of("acceleration_m_s2"), display_of("time_s")
-    axes.plot(time * shown_time.scale, values * shown.scale, color=MEASURED, lw=0.7)
-    axes.set_xlabel(shown_time.heading)
-    axes.set_ylabel(f"{acceleration.channel} ({shown.unit})")
-    axes.margins(x=0)
+    x = PlotAxis(shown_time.label, shown_time.unit)
+    line = LineSeries(
+        time * shown_time.scale,
+        values * shown.scale,
+        width=1,
+        detail=acceleration.channel,
+        role=ColourRole.MEASURED,
+    )
+    return Plot("record", x, PlotAxis(acceleration.channel, shown.unit), (line,), height=240)

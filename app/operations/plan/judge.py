@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo
 
@@ -16,10 +16,13 @@ from ....doe.plans import read_plan
 from ....doe.space import Space
 from ..fields import Presentation, TextFile, request_field, source_of
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Result, Table
+from ..operation import Operation, Output, Progress, Result, ResultTable
 from ..sentence import Sentence
-from .quality import Designs, draw, figures_as_json, judged_designs, tables, verdict_lines
+from .quality import Designs, figures_as_json, judged_designs, tables, verdict_lines
 from .status import NamedPlan
+
+if TYPE_CHECKING:
+    from ...figures.figure import Figure, PlotGrid
 
 
 def _plan_or_table(value: Any, info: ValidationInfo) -> Any:
@@ -58,11 +61,22 @@ class JudgedPlan(Result):
         """The verdict of each design, with its reasons and their cures."""
         return tuple(map(Sentence, verdict_lines(self.judged)))
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """Figures, power, confounding with time, and counts of levels."""
         return tuple(
-            Table(title, rows, "nothing to show") for title, rows in tables(self.space, self.judged)
+            ResultTable(title, rows, "nothing to show")
+            for title, rows in tables(self.space, self.judged)
         )
+
+    def figure(self) -> PlotGrid:
+        """The designs beside each other, a column each."""
+        from .figures import quality_figure
+
+        return quality_figure(self.space, self.designs)
+
+    def figures(self) -> Sequence[Figure]:
+        """The designs beside each other."""
+        return (self.figure(),)
 
     def to_json(self) -> Any:
         """Figures of one design, or a list of two."""
@@ -87,6 +101,12 @@ def _judge(request: PlanQualityRequest, laboratory: Laboratory, _: Progress) -> 
     return JudgedPlan(plan.space, designs, judged_designs(plan.space, designs, request.effect))
 
 
+def _draw(judged: JudgedPlan, path: Path) -> None:
+    from ...figures.matplotlib_renderer import write_figure
+
+    write_figure(judged.figure(), path)
+
+
 PLAN_QUALITY: Operation[PlanQualityRequest, JudgedPlan] = Operation(
     name="plan-quality",
     request=PlanQualityRequest,
@@ -105,7 +125,7 @@ seen, in a model of all main effects at a significance of 5 %.""",
         Output(
             "plot",
             "Draw the quality of the plan into FILE.png.",
-            lambda judged, path: draw(judged.space, judged.designs, path),
+            _draw,
             (".png", ".svg", ".pdf"),
         ),
     ),

@@ -1,5 +1,5 @@
 """The quality of plans, as the command line and the pages show it: a verdict with its reasons,
-figures between the best possible and a random plan, power, confounding, a picture."""
+figures between the best possible and a random plan, power, confounding."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,6 @@ from ....doe.merit.quality import FIGURES, compare, figure_text
 from ....doe.merit.verdict import Judgement, judge
 from ....doe.plans import StoredPlan
 from ....doe.space import Space
-from ....files.atomic_write import atomic_file
 from ...common.number_format import finite
 from ...common.plan_tables import run_counts
 
@@ -248,17 +246,3 @@ def _figures(
             }
         )
     return rows
-
-
-def draw(space: Space, designs: Designs, path: Path) -> None:
-    """Draw the designs beside each other into an image file."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    from ...figures.design_quality import draw_quality
-
-    figure = Figure(figsize=(7.5 * len(designs), 17), layout="constrained", dpi=120)
-    FigureCanvasAgg(figure)
-    draw_quality(figure, space, designs)
-    with atomic_file(path) as partial:
-        figure.savefig(partial)

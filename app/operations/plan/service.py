@@ -11,9 +11,10 @@ from urllib.parse import quote
 from ....doe.plans import StoredPlan
 from ....files.spreadsheet_guard import guarding
 from ...common.errors import raises_library_errors
-from ...common.frames import axes_or_new, frame_of, step_bar, titled_table
+from ...common.frames import frame_of, step_bar, titled_table
 from ...common.plan_tables import cells_of, plan_as_json, settings_in_si
-from ..operation import Result, Table
+from ...figures.matplotlib_renderer import plot_on
+from ..operation import Result, ResultTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from ....doe.merit.quality import Quality
     from ...common.frames import Quantity
+    from ...figures.figure import Figure, Plot
 
 
 class PlanQuality:
@@ -58,12 +60,15 @@ class PlanQuality:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """How far each pair of levels is from its share, on `ax` or on axes that are made."""
-        from ...figures.design_quality import PAIR_SCALE, draw_pairs
+        return plot_on(self.figure(), ax)
 
-        ax = axes_or_new(ax, 8.0, 6.5)
-        picture = draw_pairs(ax, self._stored.space, self._treatments)
-        ax.figure.colorbar(picture, ax=ax, label=PAIR_SCALE, shrink=0.8)
-        return ax
+    def figure(self) -> Plot:
+        """How far each pair of levels is from its share, as a figure."""
+        from ....doe.merit.pair_balance import level_labels, pair_matrix
+        from .figures import pairs_figure
+
+        space = self._stored.space
+        return pairs_figure(level_labels(space), pair_matrix(space, self._treatments))
 
     def __repr__(self) -> str:
         shown = ", ".join(
@@ -111,10 +116,10 @@ class PlannedDesign(Result):
     def _made_by(self) -> str:
         return self.method if self.seed is None else f"{self.method}, seed {self.seed}"
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The settings of every run, in order of run."""
         rows = ({"run": run.run, **settings_in_si(cells_of(run))} for run in self.stored.runs)
-        return (Table("", tuple(rows), "no runs"),)
+        return (ResultTable("", tuple(rows), "no runs"),)
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock plan status --json` prints it: numbers in SI, the unit in the key."""
@@ -248,12 +253,19 @@ class PlannedDesign(Result):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The levels of every factor from run to run, on `ax` or on axes that are made."""
-        from ...figures.design_quality import draw_runs
+        return plot_on(self.figure(), ax)
 
-        ax = axes_or_new(ax, 8.0, 3.5)
-        draw_runs(ax, self.stored.space, self.stored.treatments("planned", "done"))
-        ax.set_title(f"{self.name}: {len(self)} runs")
-        return ax
+    def figure(self) -> Plot:
+        """The levels of every factor from run to run, as a figure."""
+        from .figures import run_order_figure
+
+        title = f"{self.name}: {len(self)} runs"
+        treatments = self.stored.treatments("planned", "done")
+        return run_order_figure(self.stored.space, treatments, title)
+
+    def figures(self) -> Sequence[Figure]:
+        """The levels of every factor from run to run."""
+        return (self.figure(),)
 
     def __repr__(self) -> str:
         seed = "" if self.seed is None else f", seed {self.seed}"

@@ -16,8 +16,21 @@ from ....array_types import Floats
 from ....schema.known_factors import KNOWN_FACTORS, level_label
 from ....twin.prediction import Band, Quantity
 from ...common.errors import argument_names, library_errors
-from ...common.frames import axes_or_new, frame_of, titled_table
+from ...common.frames import frame_of, titled_table
 from ...common.quantities import shown_unit
+from ...figures.figure import (
+    DIMENSIONLESS,
+    BandSeries,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PlotGrid,
+    PointSeries,
+    Scale,
+    as_floats,
+    category,
+)
+from ...figures.matplotlib_renderer import axes_or_new, draw_plot, plot_on, plot_rows
 from .arguments import python_name, shot_of
 from .batch import ShotRow, rows_of_table
 from .predicting import prediction_json, warnings
@@ -28,9 +41,6 @@ if TYPE_CHECKING:
 
     from ....twin.prediction import Prediction
     from ...twins.building import BuiltTwin
-
-
-_BAND = "#1b6ca8"
 
 
 @dataclass(frozen=True)
@@ -60,12 +70,17 @@ class PredictedNumber:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The mean and its band."""
-        axes, (unit, scale) = axes_or_new(ax, height=1.6), shown_unit(self.unit)
-        width = [[scale * (self.mean - self.lower)], [scale * (self.upper - self.mean)]]
-        axes.errorbar(scale * self.mean, 0, xerr=width, fmt="o", color=_BAND, capsize=4)
-        axes.set_yticks([])
-        axes.set_xlabel(f"{self.name} ({unit})")
-        return axes
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The mean and its band as a figure."""
+        unit, scale = shown_unit(self.unit)
+        mean, low, high = (as_floats([scale * end]) for end in (self.mean, *self.ci90))
+        point = PointSeries(mean, np.zeros(1), x_low=low, x_high=high, detail=self.name)
+        row = PlotAxis("", DIMENSIONLESS, hidden=True)
+        return Plot(
+            self.name, PlotAxis(self.name, unit or DIMENSIONLESS), row, (point,), height=160
+        )
 
     def __float__(self) -> float:
         return self.mean
@@ -109,21 +124,27 @@ class PredictedSeries:
     def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
         """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to
         `Axes.plot`."""
-        axes, (x_unit, x_scale), (unit, scale) = (
-            axes_or_new(ax),
-            shown_unit(self.x_unit),
-            shown_unit(self.unit),
-        )
-        x = x_scale * self.x
-        (mean,) = axes.plot(x, scale * self.mean, **{"label": self.name, **line})
-        axes.fill_between(
-            x, scale * self.lower, scale * self.upper, color=mean.get_color(), alpha=0.2, lw=0
-        )
-        if self.logarithmic:
-            axes.set(xscale="log", yscale="log")
-        name = self.x_name.rpartition("_")[0].replace("_", " ")
-        axes.set(xlabel=f"{name} ({x_unit})", ylabel=f"{self.name} ({unit})")
+        axes = axes_or_new(ax)
+        _, (mean, *_) = draw_plot(self.figure(), axes)
+        mean.set(**{"label": self.name, **line})
         return axes
+
+    def figure(self) -> Plot:
+        """The mean and its band as a figure."""
+        return Plot(self.name, *self._axes(), tuple(self._drawn("")))
+
+    def _axes(self) -> tuple[PlotAxis, PlotAxis]:
+        (x_unit, _), (unit, _) = shown_unit(self.x_unit), shown_unit(self.unit)
+        x_name = self.x_name.rpartition("_")[0].replace("_", " ")
+        scale: Scale = "log" if self.logarithmic else "linear"
+        return PlotAxis(x_name, x_unit, scale), PlotAxis(self.name, unit or DIMENSIONLESS, scale)
+
+    def _drawn(self, name: str, i: int = 0) -> tuple[BandSeries, LineSeries]:
+        (_, x_scale), (_, scale) = shown_unit(self.x_unit), shown_unit(self.unit)
+        x, low, high = x_scale * self.x, scale * self.lower, scale * self.upper
+        band = BandSeries(x, low, high, name=name, detail="90 % band", role=category(i))
+        mean = LineSeries(x, scale * self.mean, name=name, detail=self.name, role=category(i))
+        return band, mean
 
     def __repr__(self) -> str:
         return (
@@ -194,12 +215,17 @@ class SensorSeries(Mapping[str, PredictedSeries]):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """All sensors in one pair of axes."""
-        axes = axes_or_new(ax)
-        for sensor, series in self._series.items():
-            series.plot(axes, label=sensor)
-        if self._series:
-            axes.legend(frameon=False)
-        return axes
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """All sensors in one pair of axes, as a figure. Raises `LookupError` without a plate."""
+        first = self._first()
+        drawn = [
+            own
+            for i, (sensor, series) in enumerate(self._series.items())
+            for own in series._drawn(sensor, i)
+        ]
+        return Plot(first.name, *first._axes(), tuple(drawn))
 
     def __repr__(self) -> str:
         return f"<{', '.join(self._series) or 'no sensors: the twin has no plate'}>"
@@ -316,17 +342,13 @@ class ShotPrediction:
 
     def plot(self) -> list[Axes]:
         """Force, accelerations and spectra, one below the other."""
-        import matplotlib.pyplot as plt
+        return plot_rows(self.figure())
 
-        from .tables import draw_prediction
+    def figure(self) -> PlotGrid:
+        """Force, accelerations and spectra, one below the other, as a figure."""
+        from .figures import prediction_figure
 
-        rows = 3 if self.prediction.sensors else 1
-        axes = plt.subplots(
-            rows, squeeze=False, figsize=(7.0, 0.8 + 2.6 * rows), layout="constrained"
-        )[1]
-        drawn = list(axes[:, 0])
-        draw_prediction(drawn, self.prediction)
-        return drawn
+        return prediction_figure(self.prediction)
 
     def __repr__(self) -> str:
         return f"<predicted shot: {self.velocity!r}, {self.peak_force!r}, {self.contact_time!r}>"

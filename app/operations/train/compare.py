@@ -95,9 +95,9 @@ def _run(request: Comparing, laboratory: Laboratory, _: Progress) -> ModelCompar
 
 
 def _draw(comparison: ModelComparison, path: Path) -> None:
-    from .comparing import draw
+    from ...figures.matplotlib_renderer import write_figure
 
-    draw(comparison.comparisons.comparisons[0], comparison.metrics[0], path)
+    write_figure(comparison.figures()[0], path)
 
 
 COMPARE: Operation[Comparing, ModelComparison] = Operation(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from pathlib import Path
 from typing import Any
 
 from ....dataset.table import PulseTable
@@ -68,8 +67,13 @@ class Comparisons:
         }
         searched: list[dict[str, Any]] = [{"setting": "chosen by a search", **chosen_by_search}]
         return searched + [
-            {"setting": name}
-            | {version.label: self.settings[version.label].get(name) for version in self.versions}
+            {
+                "setting": name,
+                **{
+                    version.label: self.settings[version.label].get(name)
+                    for version in self.versions
+                },
+            }
             for name in names
         ]
 
@@ -218,12 +222,3 @@ def comparisons_of(
     floors = floors_by_ground(registry, ranked)
     rows = {v.label: json_row(v, floors[v.dataset.hash, v.seed]) for v in ranked}
     return Comparisons(tuple(ranked), judged, comparisons, settings, searched, rows)
-
-
-def draw(comparison: Comparison, metric: str, file: Path) -> None:
-    """The comparison as a figure."""
-    from ....files.atomic_write import atomic_file
-    from ...figures.model_difference import difference_figure
-
-    with atomic_file(file) as partial:
-        difference_figure(comparison, metric).savefig(partial)

@@ -10,8 +10,10 @@ import numpy as np
 
 from ....dataset.table import POINTS, Inputs
 from ...common.errors import raises_library_errors
-from ...common.frames import axes_or_new, facts_table, titled_table, with_units
+from ...common.frames import facts_table, titled_table, with_units
 from ...common.model_registry import models_extra, registry_of
+from ...figures.figure import BandSeries, LineSeries, Plot, PlotAxis, PlotSeries, category
+from ...figures.matplotlib_renderer import plot_on
 from .datasets import predictor_column
 
 if TYPE_CHECKING:
@@ -64,23 +66,23 @@ class ContactPulses:
     def plot(self, ax: Axes | None = None) -> Axes:
         """The force of each impact over its contact, with 90 % bands where the model gives
         spreads."""
-        axes = axes_or_new(ax)
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The force of each impact over its contact, as a figure."""
+        series: list[PlotSeries] = []
         for row, (force, duration) in enumerate(
             zip(self.force_n, self.contact_time_s, strict=True)
         ):
+            name, role = str(self.index[row]), category(row)
             time_ms = np.linspace(0.0, 1e3 * duration, POINTS)
-            (line,) = axes.plot(time_ms, 1e-3 * force, label=str(self.index[row]))
             if self.force_spread_n is not None:
                 half = 1.645 * self.force_spread_n[row]
-                axes.fill_between(
-                    time_ms,
-                    1e-3 * (force - half),
-                    1e-3 * (force + half),
-                    color=line.get_color(),
-                    alpha=0.2,
-                )
-        axes.set(xlabel="time since first contact (ms)", ylabel="force (kN)")
-        return axes
+                low, high = 1e-3 * (force - half), 1e-3 * (force + half)
+                series.append(BandSeries(time_ms, low, high, name=name, role=role))
+            series.append(LineSeries(time_ms, 1e-3 * force, name=name, role=role))
+        axes = PlotAxis("time since first contact", "ms"), PlotAxis("force", "kN")
+        return Plot(f"Pulses predicted by {self.label}", *axes, tuple(series))
 
     def _repr_html_(self) -> str:
         return titled_table(f"{len(self.index)} pulses predicted by {self.label}", self.to_frame())

@@ -1,5 +1,4 @@
-"""Datasets as the command line shows them: plain data, tables, files for other programs, and a
-picture of the predictors: how they hang together (thesis, Fig. 4.8), and which values they took."""
+"""Datasets as the command line shows them: plain data, tables, and files for other programs."""
 
 from __future__ import annotations
 
@@ -9,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ....array_types import Floats
 from ....dataset.predictors import correlation, ranges
 from ....dataset.snapshot import Built, Snapshot
 from ....dataset.table import POINTS, Predictor, PulseTable, Split, expand, split_of
@@ -17,8 +15,7 @@ from ....files.atomic_write import atomic_file
 from ....files.spreadsheet_guard import guarded_frame
 from ....schema.conditions import listing_key
 from ...common.number_format import format_number
-from ...common.plots import MEASURED, new_figure, save
-from ...common.quantities import display_of_predictor, shown_unit, velocity_label
+from ...common.quantities import display_of_predictor, velocity_label
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -173,55 +170,3 @@ def dataset_columns(table: PulseTable) -> dict[str, Any]:
     # A predictor of the same name has the column already.
     columns |= {name: getattr(table, name) for name in (*_BENCH, *_FIGURES) if name not in columns}
     return columns | {f"force_{i + 1:02d}_n": table.force_n[:, i] for i in range(POINTS)}
-
-
-_BINS = 24
-
-
-def plot_dataset(table: PulseTable, path: Path) -> None:
-    """Correlation matrix beside the histogram of each predictor. `ValueError` for a suffix that
-    cannot be drawn."""
-    d = len(table.predictors)
-    figure = new_figure(14, 0.5 * d + 1.5)
-    grid = figure.add_gridspec(1, 2, width_ratios=(3, 2))
-    upper_left, right = figure.add_subfigure(grid[0, 0]), figure.add_subfigure(grid[0, 1])
-    draw_correlation(upper_left.subplots(), table)
-    for axes, predictor, column in zip(
-        np.ravel(right.subplots(d, 1)), table.predictors, table.x.T, strict=True
-    ):
-        _draw_values(axes, predictor, column)
-    save(figure, path)
-
-
-def draw_correlation(axes: Any, table: PulseTable) -> None:
-    """The matrix with its numbers; predictors that never varied have none."""
-    coefficients = correlation(table)
-    picture = axes.imshow(coefficients.matrix, cmap="RdBu_r", vmin=-1, vmax=1)
-    for (i, j), value in np.ndenumerate(coefficients.matrix):
-        colour = "white" if abs(value) > 0.7 else "black"
-        axes.text(
-            j,
-            i,
-            "-" if np.isnan(value) else f"{round(value, 2) + 0.0:.2f}",
-            ha="center",
-            va="center",
-            color=colour,
-            fontsize=7,
-        )
-    axes.set_xticks(range(len(coefficients.names)), coefficients.names, rotation=90, fontsize=8)
-    axes.set_yticks(range(len(coefficients.names)), coefficients.names, fontsize=8)
-    axes.set_title(f"correlation of the predictors, {len(table)} pulses", fontsize=10)
-    axes.figure.colorbar(picture, ax=axes, shrink=0.8)
-
-
-def _draw_values(axes: Any, predictor: Predictor, column: Floats) -> None:
-    if predictor.levels:
-        counts = [int((column == i).sum()) for i in range(len(predictor.levels))]
-        axes.bar(range(len(counts)), counts, width=0.5, color=MEASURED)
-        axes.set_xticks(range(len(counts)), predictor.levels)
-    else:
-        axes.hist(shown_unit(predictor.unit or "")[1] * column, bins=_BINS, color=MEASURED)
-    axes.tick_params(labelsize=6)
-    axes.xaxis.get_offset_text().set_fontsize(6)
-    unit = f"\n({shown_unit(predictor.unit)[0]})" if predictor.unit else ""
-    axes.set_ylabel(f"{predictor.name}{unit}", rotation=0, ha="right", va="center", fontsize=7)

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...common.number_format import format_number
-from ...common.plots import MODEL, QUIET, new_figure, save
 
 if TYPE_CHECKING:
     from ....training.estimators.base import SettingValue
@@ -291,66 +289,4 @@ def search_sentence(part: str, search: SettingsSearch) -> str:
         f"For {part_words(part)}, the {search.method} tried {len(search.trials)} combinations of "
         f"settings. The best has the score {format_number(best.score, 3)} ({search.score_name}). "
         f"Its settings are {_settings_words(best)}."
-    )
-
-
-def draw_searches(searches: Mapping[str, SettingsSearch], path: Path) -> None:
-    """Trials on parallel axes beside the importance of the settings, a row for each search.
-
-    Raises `ValueError` for a suffix that cannot be drawn.
-    """
-    rows = list(searches.items())
-    figure = new_figure(14.0, sum(1.0 + 0.8 * len(parallel_axes(search)) for _, search in rows))
-    heights = [1.0 + 0.8 * len(parallel_axes(search)) for _, search in rows]
-    parts = figure.subfigures(len(rows), 1, squeeze=False, height_ratios=heights)
-    for (name, search), part in zip(rows, parts[:, 0], strict=True):
-        trial_axes, importance_axes = part.subplots(1, 2, width_ratios=(3, 2))
-        part.suptitle(search_sentence(name, search), fontsize=9, wrap=True)
-        _draw_parallel(trial_axes, search)
-        _draw_importance(importance_axes, search)
-    save(figure, path)
-
-
-def _draw_parallel(axes: Any, search: SettingsSearch) -> None:
-    drawn = parallel_axes(search)
-    rows = np.arange(len(drawn))
-    quarters = quarters_of(search)
-    shades = ((MODEL, 0.9), (MODEL, 0.45), (QUIET, 0.5), (QUIET, 0.25))
-    for index in sorted(range(len(quarters)), key=lambda index: -quarters[index]):
-        colour, opacity = shades[quarters[index]]
-        places = [np.nan if axis.places[index] is None else axis.places[index] for axis in drawn]
-        axes.plot(places, rows, color=colour, alpha=opacity, linewidth=1.0)
-    for row, axis in enumerate(drawn):
-        axes.axhline(row, color="black", linewidth=0.6)
-        for place, word in axis.ticks:
-            axes.annotate(
-                word,
-                (place, row),
-                (0, -3),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-                fontsize=7,
-            )
-    axes.set_yticks(rows, [axis.title for axis in drawn], fontsize=8)
-    axes.set(ylim=(len(drawn) - 0.5, -0.5), xlim=(-0.05, 1.05), xticks=[])
-    axes.set_title("a line for each trial; the darker, the better its score", fontsize=8)
-
-
-def _draw_importance(axes: Any, search: SettingsSearch) -> None:
-    importance = importance_of(search)
-    if importance is None:
-        axes.axis("off")
-        axes.text(0.0, 0.5, importance_sentence(search, None), wrap=True, fontsize=8, va="center")
-        return
-    names = list(importance.shares)
-    axes.barh(
-        [setting_words(name) for name in names],
-        [100 * importance.shares[name] for name in names],
-        color=MODEL,
-    )
-    axes.invert_yaxis()
-    axes.tick_params(labelsize=8)
-    axes.set_xlabel(
-        f"share of the importance (%); forest on {len(search.trials)} trials", fontsize=8
     )

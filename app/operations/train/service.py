@@ -9,9 +9,23 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from ...common.frames import axes_or_new, frame_of, titled_table, with_units
-from ..operation import Result, Table
+import numpy as np
+
+from ...common.frames import frame_of, titled_table, with_units
+from ...figures.figure import (
+    DIMENSIONLESS,
+    Figure,
+    Plot,
+    PlotAxis,
+    PlotSeries,
+    PointSeries,
+    ReferenceLine,
+    as_floats,
+)
+from ...figures.matplotlib_renderer import plot_on
+from ..operation import Result, ResultTable
 from ..sentence import Sentence
+from .charts import difference_series
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -111,11 +125,11 @@ class TrainingRuns(Result):
             f"{_models(self.trained)} trained now; {_models(earlier)} registered already",
         )
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The models, the best first, with their figures on every split."""
         from .tables import table_of
 
-        return (Table("", table_of(self.versions, self.floors), "nothing was trained"),)
+        return (ResultTable("", table_of(self.versions, self.floors), "nothing was trained"),)
 
     def to_json(self) -> list[dict[str, Any]]:
         """A row for each version, as `pyroshock train --json` prints it."""
@@ -166,22 +180,28 @@ class TrainingRuns(Result):
         seconds."""
         return versions_frame(self.versions)
 
+    def figures(self) -> Sequence[Figure]:
+        """The errors of the versions."""
+        return (self.figure(),) if self.versions else ()
+
     def plot(self, ax: Axes | None = None, *, metric: str = "force_nrmse") -> Axes:
         """The error of each version with its 90 % interval, the best one at the top."""
-        ranked = sorted(
-            self.versions, key=lambda version: version.metrics[metric].mean, reverse=True
+        return plot_on(self.figure(metric=metric), ax)
+
+    def figure(self, *, metric: str = "force_nrmse") -> Plot:
+        """The error of each version with its 90 % interval, as a figure."""
+        ranked = sorted(self.versions, key=lambda version: version.metrics[metric].mean)
+        estimates = [version.metrics[metric] for version in ranked]
+        errors = PointSeries(
+            as_floats([estimate.mean for estimate in estimates]),
+            np.arange(len(ranked), dtype=np.float64),
+            x_low=as_floats([estimate.low for estimate in estimates]),
+            x_high=as_floats([estimate.high for estimate in estimates]),
+            detail="error",
         )
-        axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(ranked), 2))
-        for place, version in enumerate(ranked):
-            estimate = version.metrics[metric]
-            axes.plot([estimate.low, estimate.high], [place, place], color="0.6", lw=2)
-            axes.plot(estimate.mean, place, "o", color="#1b6ca8")
-        axes.set_yticks(
-            range(len(ranked)), [f"{version.label} ({version.split})" for version in ranked]
-        )
-        axes.set_ylim(-0.6, len(ranked) - 0.4)
-        axes.set_xlabel(f"{metric} on held-out pulses, with its 90 % interval")
-        return axes
+        quantity = f"{metric} on held-out pulses, with its 90 % interval"
+        names = tuple(f"{version.label} ({version.split})" for version in ranked)
+        return _rows_plot("Errors of the versions", quantity, names, (errors,))
 
     def __repr__(self) -> str:
         return f"<{self._sentence()}: {', '.join(self.labels)}>"
@@ -227,12 +247,12 @@ class ModelComparison(Result):
 
         return tuple(comparison_sentences(self.plain, self.metrics))
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """Mean errors, differences, and the settings of each training."""
         from .wording import comparison_tables
 
         settings = self.plain["settings"]
-        of_settings = [Table("Settings of each training", settings)] if settings else []
+        of_settings = [ResultTable("Settings of each training", settings)] if settings else []
         return [*comparison_tables(self.plain, self.metrics), *of_settings]
 
     def to_json(self) -> list[dict[str, Any]]:
@@ -284,32 +304,29 @@ class ModelComparison(Result):
             ("setting", *(v.label for v in self.comparisons.versions)),
         )
 
+    def figures(self) -> Sequence[Figure]:
+        """The first pair: all metrics over all pulses, and the first metric by group."""
+        from .charts import comparison_figure
+
+        return (comparison_figure(self.comparisons.comparisons[0], self.metrics[0]),)
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """The difference of the first pair with its 90 % interval, over all pulses and by group."""
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The difference of the first pair, over all pulses and by group, as a figure."""
         comparison, metric = self.comparisons.comparisons[0], self.metrics[0]
         rows = [
             comparison.of(metric),
             *(row for row in comparison.by_group if row.metric == metric),
-        ][::-1]
-        axes = axes_or_new(ax, height=1.0 + 0.3 * max(len(rows), 2))
-        for place, row in enumerate(rows):
-            axes.plot(
-                [row.low, row.high],
-                [place, place],
-                color="#d1495b" if row.beyond_chance else "0.6",
-                lw=2,
-            )
-            axes.plot(row.difference, place, "o", color="#d1495b" if row.beyond_chance else "0.4")
-        axes.axvline(0.0, color="0.8", lw=1, zorder=0)
-        labels = [
+        ]
+        names = tuple(
             "all pulses" if row.group is None else f"{row.group[0]} = {row.group[1]}"
             for row in rows
-        ]
-        axes.set_yticks(range(len(rows)), labels)
-        axes.set_xlabel(
-            f"{metric} of {comparison.a} minus that of {comparison.b}; red: beyond chance"
         )
-        return axes
+        quantity = f"{metric} of {comparison.a} minus that of {comparison.b}"
+        return _rows_plot(quantity, quantity, names, difference_series(rows))
 
     def __repr__(self) -> str:
         return "\n".join(map(str, self.sentences()))
@@ -421,3 +438,17 @@ def versions_frame(versions: Iterable[Version]) -> pd.DataFrame:
             row | {"duration_s": version.cost.seconds, "registered_at": version.registered_at}
         )
     return frame_of(rows, ("model", "split", "in_use", "dataset"))
+
+
+def _rows_plot(
+    title: str, quantity: str, names: tuple[str, ...], series: tuple[PlotSeries, ...]
+) -> Plot:
+    """Points with intervals, a row for each name."""
+    return Plot(
+        title,
+        PlotAxis(quantity, DIMENSIONLESS),
+        PlotAxis("", categories=names, reversed=True),
+        series,
+        (ReferenceLine("x", 0.0, dash="solid"),),
+        height=96 + 30 * max(len(names), 2),
+    )

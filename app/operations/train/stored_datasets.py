@@ -10,12 +10,13 @@ from urllib.parse import quote
 
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Output, Progress, Request, Result, Rows, Table
+from ..operation import FormPage, Operation, Output, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
 from .service import FrozenDataset
 
 if TYPE_CHECKING:
     from ....dataset.snapshot import Snapshot
+    from ...figures.figure import Figure
 
 _READING = "its page is the answer itself, which an address shows"
 
@@ -93,7 +94,7 @@ class ShownDataset(Result):
             ),
         )
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """What was left out, splits, ranges and correlations of the predictors."""
         from .datasets import correlation_rows, range_rows
 
@@ -102,12 +103,18 @@ class ShownDataset(Result):
         sources = {"quality": shown["quality"], "hash": shown["hash"][:12]}
         extractions = ", ".join(key[:12] for key in shown["extractions"])
         return (
-            Table("Content", [{**counts, **sources, "extractions": extractions}]),
-            Table("Left out", shown["left_out"], "nothing was left out"),
-            Table("Splits", shown["splits"], "too few pulses for any split"),
-            Table("Predictors", range_rows(self.snapshot), "no predictors"),
-            Table("Correlations", correlation_rows(self.snapshot), "no predictors"),
+            ResultTable("Content", [{**counts, **sources, "extractions": extractions}]),
+            ResultTable("Left out", shown["left_out"], "nothing was left out"),
+            ResultTable("Splits", shown["splits"], "too few pulses for any split"),
+            ResultTable("Predictors", range_rows(self.snapshot), "no predictors"),
+            ResultTable("Correlations", correlation_rows(self.snapshot), "no predictors"),
         )
+
+    def figures(self) -> Sequence[Figure]:
+        """Correlations and values of the predictors."""
+        from .dataset_figures import dataset_figure
+
+        return (dataset_figure(self.snapshot.table),)
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock dataset show --json` prints it."""
@@ -126,12 +133,12 @@ class PulseOrigin(Result):
 
     origin: Any
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """A row for each file, or for each fact of the pulse."""
         if isinstance(self.origin, list):
-            return (Table("", self.origin, "no pulses"),)
+            return (ResultTable("", self.origin, "no pulses"),)
         rows = [{"of": name, "value": str(value)} for name, value in self.origin.items()]
-        return (Table("", rows, "nothing"),)
+        return (ResultTable("", rows, "nothing"),)
 
     def to_json(self) -> Any:
         """Facts of the pulse, or a list of files."""
@@ -213,9 +220,9 @@ def _write(dataset: FrozenDataset, path: Path) -> None:
 
 
 def _plot(shown: ShownDataset, path: Path) -> None:
-    from .datasets import plot_dataset
+    from ...figures.matplotlib_renderer import write_figure
 
-    plot_dataset(shown.snapshot.table, path)
+    write_figure(shown.figures()[0], path)
 
 
 DATASET_LIST = Operation(

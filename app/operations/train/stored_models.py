@@ -11,13 +11,14 @@ from pydantic import Field
 
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, Table
+from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, ResultTable
 from ..sentence import Sentence
 from .promote import NamedVersion
 
 if TYPE_CHECKING:
     from ....training.registry.records import Version
     from ....training.tuning.trials import SettingsSearch
+    from ...figures.figure import Figure
 
 
 class ShownModel(Request):
@@ -63,7 +64,7 @@ class ModelVersion(Result):
 
         return version_sentences(self.row)
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """Figures, settings, and what each search tried."""
         from .searches import importance_of, importance_sentence, search_sentence, settings_rows
         from .wording import version_tables
@@ -84,7 +85,13 @@ class ModelVersion(Result):
             replace(table, title=f"{version.label}, {source}\n{table.title}")
             for table in version_tables(self.row)
         ]
-        return (*figures, Table("Settings", settings, none), Lines("", lines))
+        return (*figures, ResultTable("Settings", settings, none), Lines("", lines))
+
+    def figures(self) -> Sequence[Figure]:
+        """The trials of its searches, where it has any."""
+        from .charts import searches_figure
+
+        return (searches_figure(self.searches),) if self.searches else ()
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock models show --json` prints it, with every trial of the searches."""
@@ -116,14 +123,14 @@ def _show(request: ShownModel, laboratory: Laboratory, _: Progress) -> ModelVers
 
 
 def _plot(shown: ModelVersion, path: Path) -> None:
-    from .searches import draw_searches
+    from ...figures.matplotlib_renderer import write_figure
 
     if not shown.searches:
         raise LookupError(
             f"{shown.version.label} has no trials to draw: nothing was searched, or older software "
             "trained it"
         )
-    draw_searches(shown.searches, path)
+    write_figure(shown.figures()[0], path)
 
 
 @dataclass(frozen=True)

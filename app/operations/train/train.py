@@ -92,10 +92,13 @@ def _run(request: Training, laboratory: Laboratory, progress: Progress) -> Train
 
     with models_extra():
         from ....training.fitting import session as training_session
+        from .registered_figures import RegisteredFigures
 
         db, store = laboratory.db, laboratory.store
         registry = registry_of(db) if request.retrain else fenced_registry(db, store)
-        context = context_of(store, request.dataset, registry, request.seed, request.budget)
+        context = context_of(
+            *(store, request.dataset, registry, request.seed, request.budget), RegisteredFigures()
+        )
         splits = _splits(request, store)
         remarks: list[str] = []
         session = training_session.train(

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike
 
 from ....twin.tune.probability import DRAWS
 from ...common.errors import argument_names, library_errors
-from ...common.frames import axes_or_new, frame_of, titled_table
+from ...common.frames import frame_of, titled_table
 from ...common.number_format import finite
-from ..operation import Result, Table
+from ...figures.matplotlib_renderer import plot_on
+from ..operation import Result, ResultTable
 from .bench_adapter import NONE, SHOWN, avoid_json, level_m_s2, proposal_rows
 from .verdict import answer_sentences, tuning_sentences, tuning_tables
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from ....twin.tune.goal import Goal
     from ....twin.tune.tuner import Tuned
     from ...common.progress import Step
+    from ...figures.figure import Figure, Plot
     from ...twins.building import TwinRequest
     from ..sentence import Sentence
     from .request import SpectrumSearch
@@ -130,7 +132,7 @@ class TunedSettings(Result):
         """The answer, and the best setting."""
         return tuning_sentences(self.job_data())
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The answer, the settings, what stands in the way, and the settings to avoid."""
         return tuning_tables(self.job_data())
 
@@ -183,19 +185,28 @@ class TunedSettings(Result):
         """As `pyroshock tune --json` prints it."""
         return proposal_rows(self.tuned)
 
+    def figures(self) -> Sequence[Figure]:
+        """The expected spectra of the best settings, where there are any."""
+        return (self.figure(),) if self.tuned.proposals else ()
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """The expected spectra of the best settings in the tolerance of the target.
 
         Raises `LookupError` where the bench refuses every setting.
         """
-        from .session import draw_tuned
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The expected spectra of the best settings in the tolerance of the target, as a figure.
+
+        Raises `LookupError` where the bench refuses every setting.
+        """
+        from .figures import goal_figure
 
         if not self.tuned.proposals:
             with library_errors():
                 raise LookupError(f"there is no setting to draw: {self.sentence}")
-        axes = axes_or_new(ax, 8.0, 5.0)
-        draw_tuned(axes, self.tuned, self.goal)
-        return axes
+        return goal_figure(self.tuned, self.goal)
 
     def __repr__(self) -> str:
         return f"<{self.sentence}>"

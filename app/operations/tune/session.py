@@ -1,16 +1,13 @@
-"""One search of the tuner, made ready from what is in the store; and the best settings' spectra
-as a picture."""
+"""One search of the tuner, made ready from what is in the store."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....array_types import Floats
 from ....doe.limits.bench import BenchLimits, read_limits
 from ....schema.session import Store
 from ....twin.measured_shots import MeasuredShots
@@ -18,13 +15,9 @@ from ....twin.srs.target import Target
 from ....twin.tune.goal import Goal, level_db
 from ....twin.tune.space import TuningSpace
 from ....twin.tune.tuner import FiredShots, Tuned, tune
-from ...common.number_format import percent
-from ...common.plots import MEASURED, MODEL, QUIET, new_figure, save
-from ...common.quantities import shown_unit
 from ...twins.building import BuiltTwin, TwinRequest, twin_of
 from ...twins.measured_shots import read_measured_shots, struck_plate
-from .bench_adapter import SensorTwin, bench_refusals, goal_of, level_m_s2, outside_of, tuning_space
-from .verdict import drawn_share
+from .bench_adapter import SensorTwin, bench_refusals, goal_of, outside_of, tuning_space
 
 if TYPE_CHECKING:
     from .request import SpectrumSearch
@@ -154,56 +147,3 @@ def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[FiredShots, list[st
         return FiredShots(), others
     settings = tuple(shots.settings[row] for row in rows)
     return FiredShots(settings, level_db(shots.spectra_m_s2[rows, 0])), others
-
-
-def plot_tuned(tuned: Tuned, goal: Goal, path: Path) -> None:
-    """The picture of `draw_tuned`; the suffix decides the format."""
-    figure = new_figure(8, 5)
-    draw_tuned(figure.subplots(), tuned, goal)
-    save(figure, path)
-
-
-def draw_tuned(axes: Any, tuned: Tuned, goal: Goal) -> None:
-    """The first proposal with its 90 % band, the next two as lines, in the band of the target."""
-    lines, (unit, scale) = goal.frequency_hz, shown_unit("m/s2")
-
-    def shown(level_db: Floats) -> Floats:
-        return scale * level_m_s2(level_db)
-
-    low, high = (
-        np.clip(edge, -200, 400)
-        for edge in (goal.level_db - goal.lower_db, goal.level_db + goal.upper_db)
-    )
-    axes.fill_between(
-        lines, shown(low), shown(high), color=QUIET, alpha=0.25, lw=0, label="tolerance"
-    )
-    axes.plot(lines, shown(goal.level_db), color=QUIET, lw=1.5, label="prescribed")
-    first, *others = tuned.proposals[:3]
-    axes.fill_between(
-        lines, shown(first.lower_db), shown(first.upper_db), color=MODEL, alpha=0.2, lw=0
-    )
-    axes.plot(
-        lines,
-        shown(first.level_db),
-        color=MODEL,
-        lw=1.8,
-        label=f"first: {percent(drawn_share(first.probability_within))} within",
-    )
-    for rank, proposal in enumerate(others, 2):
-        label = f"{rank}: {percent(drawn_share(proposal.probability_within))} within"
-        axes.plot(
-            lines,
-            shown(proposal.level_db),
-            color=MEASURED,
-            lw=1.0,
-            ls="--" if rank == 2 else ":",
-            label=label,
-        )
-    axes.set(
-        xscale="log",
-        yscale="log",
-        xlabel="natural frequency (Hz)",
-        ylabel=f"maximax acceleration ({unit})",
-    )
-    axes.set_ylim(0.3 * shown(goal.level_db).min(), 5 * shown(goal.level_db).max())
-    axes.legend(frameon=False)

@@ -35,9 +35,9 @@ def _run(request: Tuning, laboratory: Laboratory, progress: Progress) -> TunedSe
 
 
 def _write_plot(settings: TunedSettings, path: Path) -> None:
-    from .session import plot_tuned
+    from ...figures.matplotlib_renderer import write_figure
 
-    plot_tuned(settings.tuned, settings.goal, path)
+    write_figure(settings.figure(), path)
 
 
 def _write_avoid(settings: TunedSettings, path: Path) -> None:

@@ -14,12 +14,21 @@ from ...documents.document import (
     Bullets,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Section,
     Table,
 )
-from ...documents.svg import Curve, band, chart, dots, frame_of, level, line, line_chart, line_keys
+from ...figures.figure import (
+    DIMENSIONLESS,
+    ColourRole,
+    LineSeries,
+    Plot,
+    PlotAxis,
+    PointSeries,
+    ReferenceLine,
+    StepSeries,
+    category,
+)
 from .validation import (
     COLUMNS,
     MAIN_COLUMNS,
@@ -31,7 +40,6 @@ from .verdict import failure_sentences, is_calibrated, quantity_words, verdict_t
 
 #: Per cent of the ranks in each of the ten bins, of bands that are right.
 _UNIFORM = 10.0
-_KEYS = (("interval", "90 % band of the prediction"), ("after", "measured"))
 
 
 def validation_document(data: Mapping[str, Any]) -> Document:
@@ -107,30 +115,43 @@ def _comparisons(data: Mapping[str, Any]) -> list[Block]:
             if row["name"] in shot["quantities"]
         ]
         if shots:
-            figures.append(Figure(quantity_words(row["name"]), _in_order(row, shots)))
-    return [ChartRow(figures, _KEYS)] if figures else []
+            figures.append(_in_order(row, shots))
+    return [ChartRow(figures)] if figures else []
 
 
-def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> str:
+def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> Plot:
     unit, scale = shown_unit(row["quantity_unit"])
     ordered = sorted(shots, key=lambda shot: shot["predicted"])
     x = np.arange(1, len(ordered) + 1, dtype=np.float64)
-    measured, low, high = (
-        scale * np.array([shot[key] for shot in ordered]) for key in ("measured", "low90", "high90")
+    measured, predicted, low, high = (
+        scale * np.array([shot[key] for shot in ordered])
+        for key in ("measured", "predicted", "low90", "high90")
     )
-    frame = frame_of([np.array([0.5, len(ordered) + 0.5])], [measured, low, high])
-    marks = [
-        line(frame, np.array([a, a]), np.array([b, c]), "interval")
-        for a, b, c in zip(x, low, high, strict=True)
-    ]
-    marks.append(dots(frame, x, measured, "after", [f"shot {i:.0f}" for i in x]))
-    title = f"{quantity_words(row['name'])}, measured and predicted"
-    y_title = f"{quantity_words(row['name']).partition(',')[0]} ({unit})"
-    return chart(title, frame, marks, "shot, in the order of the prediction", y_title, whole=True)
+    labels = tuple(f"shot {i:.0f}" for i in x)
+    bands = PointSeries(
+        name="predicted, with its 90 % band",
+        role=ColourRole.MODEL,
+        x=x,
+        y=predicted,
+        y_low=low,
+        y_high=high,
+        size=4.0,
+        labels=labels,
+    )
+    points = PointSeries(
+        name="measured", role=ColourRole.MEASURED, x=x, y=measured, size=6.0, labels=labels
+    )
+    words = quantity_words(row["name"])
+    return Plot(
+        words,
+        PlotAxis("shot, in the order of the prediction", DIMENSIONLESS, whole=True),
+        PlotAxis(words.partition(",")[0], unit),
+        (bands, points),
+    )
 
 
 def _ranks(data: Mapping[str, Any]) -> list[Block]:
-    figures = [Figure(quantity_words(row["name"]), _histogram(row)) for row in data["quantities"]]
+    figures = [_histogram(row) for row in data["quantities"]]
     return [
         Paragraph(
             "If the bands are right, a tenth of the measured values has a rank in each tenth of "
@@ -143,38 +164,41 @@ def _ranks(data: Mapping[str, Any]) -> list[Block]:
     ]
 
 
-def _histogram(row: Mapping[str, Any]) -> str:
+def _histogram(row: Mapping[str, Any]) -> Plot:
     shares = 100 * np.array(row["pit_histogram"], dtype=np.float64)
-    edges = np.repeat(np.linspace(0.0, 1.0, len(shares) + 1), 2)[1:-1]
-    heights = np.repeat(shares, 2)
-    frame = frame_of([edges], [heights, np.array([0.0, 2 * _UNIFORM])])
-    marks = [
-        band(frame, edges, np.zeros_like(heights), heights, "floor"),
-        level(frame, _UNIFORM, "tolerance"),
-    ]
-    label = f"ranks of the {quantity_words(row['name'])}"
-    return chart(label, frame, marks, "rank among the draws", "measured values (%)")
+    edges = np.linspace(0.0, 1.0, len(shares) + 1)
+    highest = 1.05 * max(float(shares.max()), 2 * _UNIFORM)
+    return Plot(
+        quantity_words(row["name"]),
+        PlotAxis("rank among the draws", DIMENSIONLESS),
+        PlotAxis("measured values", "%", limits=(0.0, highest)),
+        (StepSeries(role=ColourRole.MEASURED, edges=edges, values=shares, filled=True),),
+        (ReferenceLine("y", _UNIFORM),),
+    )
 
 
 def _lines(lines: Mapping[str, list[Mapping[str, float]]]) -> list[Block]:
     """Coverage and error at each line, the sensors over each other."""
-    inside, error = [], []
+    inside, error = list[LineSeries](), list[LineSeries]()
     for number_of_sensor, (name, rows) in enumerate(lines.items()):
         columns = {key: np.array([row[key] for row in rows]) for key in _LINE_COLUMNS}
         frequency, sensor = columns["frequency_hz"], quantity_words(name).partition(", ")[2]
-        inside.append(Curve(sensor, frequency, 100 * columns["coverage90"], number_of_sensor))
-        error.append(Curve(sensor, frequency, columns["median_abs_error"], number_of_sensor))
+        role, coverage = category(number_of_sensor), 100 * columns["coverage90"]
+        inside.append(LineSeries(frequency, coverage, name=sensor, role=role))
+        error.append(LineSeries(frequency, columns["median_abs_error"], name=sensor, role=role))
     if not inside:
         return []
-    figures = []
-    for title, y_title, curves, nominal in (
-        ("Inside of the 90 % band", "measured values inside (%)", inside, 90.0),
-        ("Median error of the level", "error (dB)", error, None),
-    ):
-        drawing = line_chart(
-            title, curves, "natural frequency (Hz)", y_title, log_x=True, nominal=nominal
-        )
-        figures.append(Figure(title, drawing, line_keys(curves)))
+    x = PlotAxis("natural frequency", "Hz", "log")
+    figures = [
+        Plot(
+            "Inside of the 90 % band",
+            x,
+            PlotAxis("measured values inside", "%"),
+            tuple(inside),
+            (ReferenceLine("y", 90.0),),
+        ),
+        Plot("Median error of the level", x, PlotAxis("error", "dB"), tuple(error)),
+    ]
     return [ChartRow(figures)]
 
 

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...common.frames import axes_or_new, frame_of, titled_table
-from ..operation import Lines, Result, Table
+import numpy as np
+
+from ...common.frames import frame_of, titled_table
+from ...figures.figure import DIMENSIONLESS, Figure, Plot, PlotAxis, PointSeries, ReferenceLine
+from ...figures.matplotlib_renderer import plot_on
+from ..operation import Lines, Result, ResultTable
 from ..sentence import Sentence
 from .validation import adopted_lines, reason_lines, score_rows
 from .verdict import failure_sentences, verdict_sentences
@@ -44,10 +48,10 @@ class TwinValidation(Result):
         seen = Sentence(f"What the predictions had seen: {self._data['seen']}.")
         return (*verdict_sentences(self._data), seen)
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """The scores, where the predictions fail, and the errors with adopted effects."""
         return (
-            Table("", list(score_rows(self._data))),
+            ResultTable("", list(score_rows(self._data))),
             Lines("Where the predictions fail", failure_sentences(self._data)),
             Lines("With the adopted effects", adopted_lines(self._data)),
         )
@@ -129,23 +133,35 @@ class TwinValidation(Result):
         """As `pyroshock validate --json` prints it."""
         return self._data
 
+    def figures(self) -> Sequence[Figure]:
+        """The share of shots inside the 90 % band of each quantity."""
+        return (self.figure(),)
+
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The share of shots inside the 90 % band of each quantity, with the 95 % interval
-        that the quantities share, beside what is promised."""
-        frame = self.to_frame()[::-1]
-        axes = axes_or_new(ax, height=1.0 + 0.35 * max(len(frame), 2))
-        axes.axvline(0.9, color="0.7", lw=1, zorder=0)
-        for place, (_, row) in enumerate(frame.iterrows()):
-            axes.plot(
-                [row["coverage90_joint_low"], row["coverage90_joint_high"]],
-                [place, place],
-                color="0.6",
-                lw=2,
-            )
-            axes.plot(row["coverage90"], place, "o", color="#1b6ca8")
-        axes.set_yticks(range(len(frame)), [str(name).replace("_", " ") for name in frame.index])
-        axes.set(xlim=(0.0, 1.02), xlabel="share of shots inside the 90 % band")
-        return axes
+        """The share of shots inside the 90 % band of each quantity, with the 95 % interval that
+        the quantities share, beside what is promised."""
+        return plot_on(self.figure(), ax)
+
+    def figure(self) -> Plot:
+        """The share of shots inside the 90 % band of each quantity, as a figure."""
+        frame = self.to_frame()
+        shares = PointSeries(
+            frame["coverage90"].to_numpy(dtype=np.float64),
+            np.arange(len(frame), dtype=np.float64),
+            x_low=frame["coverage90_joint_low"].to_numpy(dtype=np.float64),
+            x_high=frame["coverage90_joint_high"].to_numpy(dtype=np.float64),
+            detail="share, with the 95 % interval that the quantities share",
+        )
+        names = tuple(str(name).replace("_", " ") for name in frame.index)
+        share = "share of shots inside the 90 % band"
+        return Plot(
+            f"Validation of {self.validation.campaign}",
+            PlotAxis(share, DIMENSIONLESS, limits=(0.0, 1.02)),
+            PlotAxis("quantity", DIMENSIONLESS, categories=names, reversed=True),
+            (shares,),
+            (ReferenceLine("x", 0.9),),
+            height=96 + 30 * max(len(names), 2),
+        )
 
     def __repr__(self) -> str:
         return f"<{self.validation.campaign}: {self.sentence}>"

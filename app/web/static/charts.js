@@ -1,82 +1,127 @@
-// Draws every [data-figure] from the JSON beside it, in the colours of the page, and anew when those change.
+// Draws every [data-figure] from the JSON beside it, saves charts as files, and keeps linked
+// charts in step.
 "use strict";
 const pyroshock = (() => {
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(name).trim();
-  // Colours in our figures are names of the page's: "c0", "quiet"; "c0/0.2" is one that lets through.
-  const resolved = (value) => {
-    if (Array.isArray(value)) return value.map(resolved);
-    if (typeof value !== "string") return value;
-    const [name, opacity] = value.split("/");
-    const found = colour("--" + name);
-    if (!found) return value;
-    if (!opacity) return found;
-    const [r, g, b] = [1, 3, 5].map((i) => parseInt(found.slice(i, i + 2), 16));
-    return `rgba(${r},${g},${b},${opacity})`;
-  };
-  const coloured = (node) => {
-    if (Array.isArray(node)) return node.length && typeof node[0] === "object" ? node.map(coloured) : node;
-    if (node === null || typeof node !== "object") return node;
-    return Object.fromEntries(Object.entries(node).map(([key, value]) =>
-      [key, /color(scale)?$/.test(key) ? resolved(value) : coloured(value)]));
-  };
-  const themed = (layout) => {
-    // Only words may need more than the usual margin: measuring it takes as long as drawing.
-    const axis = (given) => ({ gridcolor: "rule", zerolinecolor: "rule", linecolor: "quiet", automargin: given.type === "category" });
-    const axes = Object.fromEntries(Object.keys({ xaxis: 0, yaxis: 0, ...layout })
-      .filter((key) => /^[xy]axis\d*$/.test(key)).map((key) => [key, { ...axis(layout[key] || {}), ...(layout[key] || {}) }]));
-    return coloured({ paper_bgcolor: "card", plot_bgcolor: "card", font: { color: "ink", size: 13, family: "system-ui, sans-serif" },
-      margin: { l: 76, r: 16, t: 16, b: 52 }, hoverlabel: { bgcolor: "card", font: { color: "ink" } },
-      legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", traceorder: "normal", maxheight: 0.9 }, hovermode: "closest", ...layout, ...axes });
-  };
-  // A legend of many lines takes its height from no curve.
-  const spacious = (element, figure) => {
-    const names = figure.data.filter((trace) => trace.showlegend !== false && trace.name).map((trace) => trace.name.length);
-    if (names.length < 2 || (figure.layout || {}).showlegend === false) return;
-    const key = `${names} ${element.clientWidth}`;
-    if (element.legendOf === key) return;
-    element.legendOf = key;
-    const across = Math.max(1, Math.floor((element.clientWidth - 90) / (48 + 7 * Math.max(...names))));
-    element.style.minHeight = "";
-    const usual = parseFloat(getComputedStyle(element).minHeight);
-    element.style.minHeight = `${usual + 19 * (Math.ceil(names.length / across) - 1)}px`;
-  };
-  // What is shown, as a table: a column of x and of y for each curve, headed as axes and legend are.
-  // Texts that a spreadsheet would take for formulas get an apostrophe, as in the files that the server writes.
-  const guarded = (text) => /^'*[=+\-@\t\r\n＝＋－＠]./s.test(text) && !/^[-+]?(\d+([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?$/i.test(text) ? `'${text}` : text;
+  // What is shown, as a table. Texts that a spreadsheet would take for formulas get an apostrophe,
+  // as in the files that the server writes.
+  const guarded = (text) =>
+    /^'*[=+\-@\t\r\n＝＋－＠]./s.test(text) &&
+    !/^[-+]?(\d+([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?$/i.test(text)
+      ? `'${text}`
+      : text;
   const quote = (text) => `"${guarded(String(text)).replaceAll('"', '""')}"`;
-  const cellOf = (value) => typeof value === "number" ? value : value === null || value === undefined ? "" : quote(value);
-  const csvOf = (element) => {
-    const layout = element.figure.layout || {};
-    const title = (axis) => ((layout[axis] || {}).title || {}).text || axis;
-    const map = element.data.find((trace) => trace.type === "heatmap");
-    if (map) return [["", ...map.x], ...map.z.map((row, place) => [map.y[place], ...row])]
-      .map((row) => row.map(cellOf).join(",")).join("\n");
-    const curves = element.data.filter((trace) => trace.x && trace.y && trace.hoverinfo !== "skip");
-    const columns = curves.flatMap((trace, place) => {
-      const name = trace.name || `curve ${place + 1}`, [x, y] = ["x", "y"].map((key) => (trace[key + "axis"] || key).replace(/^([xy])/, "$1axis"));
-      return [[`${name}: ${title(x)}`, ...trace.x], [`${name}: ${title(y)}`, ...trace.y]];
-    });
+  const cellOf = (value) =>
+    typeof value === "number" ? value : value === null || value === undefined ? "" : quote(value);
+  // The columns of each kind of series: axis, what is beside its heading, numbers.
+  const COLUMNS = {
+    line: (own) => [
+      ["x", "", own.x],
+      ["y", "", own.y],
+    ],
+    points: (own) => [
+      ["x", "", own.x],
+      ["x", ", from", own.x_low],
+      ["x", ", to", own.x_high],
+      ["y", "", own.y],
+      ["y", ", from", own.y_low],
+      ["y", ", to", own.y_high],
+    ],
+    steps: (own) => [
+      ["x", ", from", own.edges.slice(0, -1)],
+      ["x", ", to", own.edges.slice(1)],
+      ["y", "", own.values],
+    ],
+    bars: (own) => [
+      [own.horizontal ? "y" : "x", "", own.position],
+      ...[
+        ["", own.end],
+        [", begin", own.base],
+        [", from", own.low],
+        [", to", own.high],
+      ].map(([part, numbers]) => [own.horizontal ? "x" : "y", part, numbers]),
+    ],
+    boxes: (own) => [
+      ["x", "", own.samples.flatMap((values, i) => values.map(() => own.position[i]))],
+      ["y", "", own.samples.flat()],
+    ],
+    band: (own) => [
+      ["x", "", own.x],
+      ["y", ", from", own.low],
+      ["y", ", to", own.high],
+    ],
+  };
+  const csvOf = (figure) => {
+    const map = figure.series.find((own) => own.kind === "heat");
+    if (map)
+      return [
+        ["", ...figure.x.categories],
+        ...map.values.map((row, i) => [figure.y.categories[i], ...row]),
+      ]
+        .map((row) => row.map(cellOf).join(","))
+        .join("\n");
+    const columns = figure.series
+      .filter((own) => !own.silent)
+      .flatMap((own, place) =>
+        COLUMNS[own.kind](own)
+          .filter(([, , numbers]) => numbers)
+          .map(([key, part, numbers]) => {
+            const { categories, heading } = figure[key],
+              shown = (value) =>
+                categories.length && value !== null ? categories[Math.round(value)] : value;
+            return [
+              `${own.detail || own.name || `curve ${place + 1}`}: ${heading}${part}`,
+              ...numbers.map(shown),
+            ];
+          }),
+      );
     const length = Math.max(0, ...columns.map((column) => column.length));
-    return Array.from({ length }, (_, row) => columns.map((column) => cellOf(column[row])).join(",")).join("\n");
+    return Array.from({ length }, (_, row) =>
+      columns.map((column) => cellOf(column[row])).join(","),
+    ).join("\n");
   };
   const save = (name, content) => {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([content], { type: "text/csv" })); link.download = name; link.click();
+    link.href = URL.createObjectURL(content);
+    link.download = name;
+    link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
-  // Buttons below a chart, which the keyboard reaches; plotly's own bar is for the mouse alone.
+  const savePng = (name, chart) => {
+    const picture = new Image(),
+      address = URL.createObjectURL(new Blob([chart.markup()], { type: "image/svg+xml" }));
+    picture.addEventListener("load", () => {
+      const canvas = document.createElement("canvas");
+      canvas.width = 2 * picture.naturalWidth;
+      canvas.height = 2 * picture.naturalHeight;
+      canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
+      URL.revokeObjectURL(address);
+      canvas.toBlob((content) => save(`${name}.png`, content), "image/png");
+    });
+    picture.src = address;
+  };
+  // Buttons below a chart, which the keyboard reaches.
   const tools = (element) => {
     const box = element.closest("figure");
     if (!box || box.querySelector(".chart-tools")) return;
-    const row = document.createElement("div"), name = `pyroshock-${box.id || "chart"}`;
-    row.className = "chart-tools no-print"; row.setAttribute("role", "group"); row.setAttribute("aria-label", "Save this chart");
-    const size = () => ({ filename: name, width: element.clientWidth, height: element.clientHeight });
-    [["PNG", () => Plotly.downloadImage(element, { ...size(), format: "png", scale: 2 })],
-     ["SVG", () => Plotly.downloadImage(element, { ...size(), format: "svg" })],
-     ["CSV", () => save(`${name}.csv`, csvOf(element))]].forEach(([words, act]) => {
+    const row = document.createElement("div"),
+      name = `pyroshock-${box.id || "chart"}`,
+      chart = element.chart;
+    row.className = "chart-tools no-print";
+    row.setAttribute("role", "group");
+    row.setAttribute("aria-label", "View and save this chart");
+    [
+      ["Zoom in", () => chart.zoomBy(0.5)],
+      ["Zoom out", () => chart.zoomBy(2)],
+      ["Everything", () => chart.zoom({ x: null, y: null })],
+      ["PNG", () => savePng(name, chart)],
+      ["SVG", () => save(`${name}.svg`, new Blob([chart.markup()], { type: "image/svg+xml" }))],
+      ["CSV", () => save(`${name}.csv`, new Blob([csvOf(chart.figure)], { type: "text/csv" }))],
+    ].forEach(([words, act]) => {
       const button = document.createElement("button");
-      button.type = "button"; button.className = "second"; button.textContent = words; button.addEventListener("click", act);
+      button.type = "button";
+      button.className = "second";
+      button.textContent = words;
+      button.addEventListener("click", act);
       row.append(button);
     });
     box.append(row);
@@ -84,49 +129,50 @@ const pyroshock = (() => {
   // Charts of one group show the same stretch: what one is zoomed to, the others follow.
   const link = (element) => {
     const group = element.dataset.link;
-    if (!group || element.linked || !element.on) return;
-    element.linked = true;
-    element.on("plotly_relayout", (event) => {
-      const [from, to] = [event["xaxis.range[0]"], event["xaxis.range[1]"]];
-      if (element.following || (from === undefined && !event["xaxis.autorange"])) return;
+    if (!group) return;
+    element.addEventListener("zoomed", (event) =>
       document.querySelectorAll(`[data-link="${group}"]`).forEach((other) => {
-        if (other === element || !other.on) return;
+        if (element.following || other === element || !other.chart) return;
         other.following = true;
-        Plotly.relayout(other, from === undefined ? { "xaxis.autorange": true } : { "xaxis.range": [from, to] })
-          .then(() => { other.following = false; });
-      });
-    });
+        other.chart.zoom({ x: event.detail });
+        other.following = false;
+      }),
+    );
   };
-  // No control of a chart leads elsewhere: plotly.js offers to upload the chart to its maker unless that is switched off.
-  const CONFIG = { responsive: true, displaylogo: false, scrollZoom: false, showSendToCloud: false, plotlyServerURL: "",
-    topojsonURL: "/static/", modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage", "sendChartToCloud"] };
   const draw = (element, figure) => {
-    element.figure = figure;
-    spacious(element, figure);
-    return Plotly.react(element, coloured(figure.data), themed(figure.layout || {}), CONFIG)
-      .then(() => { element.dataset.drawn = "yes"; tools(element); link(element); return element; });
+    if (!element.chart) {
+      element.chart = new PyroshockChart(element);
+      tools(element);
+      link(element);
+    }
+    element.chart.show(figure);
   };
-  const all = () => document.querySelectorAll("[data-figure]");
-  const drawAll = () => all().forEach((element) => {
-    const source = document.getElementById(element.dataset.figure);
-    if (source && source.textContent.trim()) draw(element, JSON.parse(source.textContent));
-  });
-  const begin = () => {
-    drawAll();
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
-      document.querySelectorAll(".plot").forEach((element) => element.figure && draw(element, element.figure)));
-  };
-  document.addEventListener("DOMContentLoaded", begin);
+  const drawAll = () =>
+    document.querySelectorAll("[data-figure]").forEach((element) => {
+      const source = document.getElementById(element.dataset.figure);
+      if (source && source.textContent.trim()) draw(element, JSON.parse(source.textContent));
+      else element.dataset.drawn = "none";
+    });
+  document.addEventListener("DOMContentLoaded", drawAll);
   // A write as a script sends it, with the token that the page carries.
   const token = () => (document.querySelector('input[name="csrf"]') || {}).value || "";
   const asked = async (address, body) => {
     // an error is JSON for a script that says that it is one, and a page for everybody else
     const own = { "X-Pyroshock-Form": "1" };
-    const answer = await fetch(address, body === undefined ? { headers: own } :
-      { method: "POST", headers: { ...own, "Content-Type": "application/json", "X-CSRF-Token": token() }, body: JSON.stringify(body) });
+    const answer = await fetch(
+      address,
+      body === undefined
+        ? { headers: own }
+        : {
+            method: "POST",
+            headers: { ...own, "Content-Type": "application/json", "X-CSRF-Token": token() },
+            body: JSON.stringify(body),
+          },
+    );
     const said = await answer.json();
-    if (!answer.ok) throw new Error((said.faults && said.faults[0].message) || said.detail || answer.statusText);
+    if (!answer.ok)
+      throw new Error((said.faults && said.faults[0].message) || said.detail || answer.statusText);
     return said;
   };
-  return { draw, asked, token, colour };
+  return { draw, asked, token };
 })();

@@ -12,7 +12,7 @@ document.addEventListener("DOMContentLoaded", () => {
       try {
         const found = await pyroshock.asked(`/api/channels/${element.dataset.channel}?${query}`);
         if (number !== asked) return;  // a later zoom is on its way
-        await Plotly.restyle(element, { x: [found.time_s.map((t) => t * 1e3)], y: [found.values.map((value) => value === null ? null : value * Number(element.dataset.scale))] }, [0]);
+        element.chart.replace(0, found.time_s.map((t) => t * 1e3), found.values.map((value) => value === null ? null : value * Number(element.dataset.scale)));
         element.dataset.samples = found.time_s.length;
         element.dataset.exact = String(!found.decimated);
         said.textContent = found.decimated
@@ -20,14 +20,12 @@ document.addEventListener("DOMContentLoaded", () => {
           : `Every sample is shown (${found.time_s.length.toLocaleString()}).`;
       } catch (error) { said.textContent = `Not fetched: ${error.message}`; }
     };
-    const zoomed = (event) => {
+    element.addEventListener("zoomed", ({ detail }) => {
       clearTimeout(waiting);
-      if (event["xaxis.autorange"]) { waiting = setTimeout(() => fetchWindow(null, null), 100); return; }
-      if (event["xaxis.range[0]"] === undefined) return;
-      const [from, to] = [event["xaxis.range[0]"], event["xaxis.range[1]"]].map((t) => Number(t) / 1e3);
-      waiting = setTimeout(() => fetchWindow(from, to), 100);
-    };
-    const ready = setInterval(() => { if (element.on) { clearInterval(ready); element.on("plotly_relayout", zoomed); element.dataset.zoomable = "yes"; } }, 30);
+      const window = detail ? detail.map((t) => t / 1e3) : [null, null];
+      waiting = setTimeout(() => fetchWindow(...window), 100);
+    });
+    element.dataset.zoomable = "yes";
   });
 });
 // The keys k and j go to the previous and the next impact, but not while something is typed.

@@ -8,8 +8,7 @@ document.addEventListener("DOMContentLoaded", () => {
     of("target-fault").hidden = !fault; of("target-fault").textContent = fault;
     of("target-shown").hidden = !figure;
     of("target-sentence").textContent = sentence;
-    // it was drawn empty while it was hidden, and had no width then
-    if (figure) pyroshock.draw(element, figure).then(() => Plotly.Plots.resize(element));
+    if (figure) pyroshock.draw(element, figure);
   };
   let newest = 0;
   const ask = async () => {

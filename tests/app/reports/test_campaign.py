@@ -15,12 +15,12 @@ from pyroshock.app.documents.document import (
     Cell,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Table,
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
+from pyroshock.app.figures.figure import Plot
 from pyroshock.app.operations.ingest.planned_achieved import planned_achieved_rows
 from pyroshock.app.report.campaign import campaign_document
 from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
@@ -60,7 +60,7 @@ def bullets(content: Document) -> list[str]:
     return [line for block in blocks if isinstance(block, Bullets) for line in block.lines]
 
 
-def figures(content: Document) -> list[Figure]:
+def figures(content: Document) -> list[Plot]:
     blocks = [block for section in content.sections for block in section.blocks]
     return [figure for block in blocks if isinstance(block, ChartRow) for figure in block.figures]
 

@@ -3,9 +3,14 @@ taken for markup."""
 
 from __future__ import annotations
 
+import base64
 import datetime as dt
 import math
 import re
+import sys
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,13 +34,12 @@ from pyroshock.app.common.quantities import (
     shown_in,
     shown_unit,
 )
-from pyroshock.app.documents import pdf as pdf_module
 from pyroshock.app.documents.document import (
     Bars,
     Bullets,
+    Cell,
     ChartRow,
     Document,
-    Figure,
     Paragraph,
     Section,
     ShareBar,
@@ -44,23 +48,33 @@ from pyroshock.app.documents.document import (
     mean_and_spread,
 )
 from pyroshock.app.documents.page import html_of
-from pyroshock.app.documents.pdf import MissingPdfError, pdf_of
-from pyroshock.app.documents.pdf_sheet import column_widths, needed_width
-from pyroshock.app.documents.svg import Curve, line_chart, line_keys
+from pyroshock.app.documents.pdf import MissingPdfError, lay_out, pdf_of
+from pyroshock.app.figures.figure import BandSeries, LineSeries, Plot, PlotAxis, category
 from pyroshock.app.operations.diagnose.texts import shrinkage_line, where_lines
-from support.checks.pdf_text import pages, pdf_text
+from support.checks.pdf_layout import (
+    count_pages,
+    lines_of,
+    metadata_of,
+    page_sizes,
+    picture_of,
+    words_of,
+)
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts
 
 HOSTILE = "<script>alert('x')</script>&\"quoted\" <b> \x00\x1b ]]>"
 
 
-def chart(name: str = "steel") -> Figure:
+def chart(name: str = "steel") -> Plot:
     x = np.linspace(0, 1, 30)
-    curves = [Curve(name, x, np.sin(3 * x), 0, np.full(30, 0.1)), Curve("brass", x, x, 1)]
-    return Figure(
-        f"pulse of {name}", line_chart(name, curves, "time (ms)", "force (kN)"), line_keys(curves)
+    curve = np.sin(3 * x)
+    series = (
+        BandSeries(role=category(0), x=x, low=curve - 0.1, high=curve + 0.1),
+        LineSeries(name=name, role=category(0), x=x, y=curve),
+        LineSeries(name="brass", role=category(1), x=x, y=x),
     )
+    axes = PlotAxis("time", "ms"), PlotAxis("force", "kN")
+    return Plot(f"pulse of {name}", *axes, series, notes=(f"note on {name}",))
 
 
 def document(word: str = "spring", rows: int = 3) -> Document:
@@ -91,67 +105,86 @@ def document(word: str = "spring", rows: int = 3) -> Document:
                     ),
                 ),
             ),
-            Section("One chart", (ChartRow((chart(word),), (("line-0", word),)),)),
+            Section("One chart", (ChartRow((chart(word),)),)),
             Section("Charts", (ChartRow((chart(), chart(), chart())),)),
         ),
         date=dt.date(2026, 3, 2),
     )
 
 
+def paper_text(content: Document) -> str:
+    return " ".join(words_of(pdf_of(content)).split())
+
+
 def test_page_and_paper_hold_every_part_and_words_are_never_markup() -> None:
     assert needs_nothing(Page(html_of(document()))) and html_of(document()) == html_of(document())
     assert pdf_of(document()) == pdf_of(document())
-    page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
+    page, paper = Page(html_of(document())).text, paper_text(document())
     for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring",
-                 "nothing here", "No rows.", "93 %", "pulse of spring", "time (ms)",
-                 "brass"):  # fmt: skip
+                 "nothing here", "No rows.", "93 %", "pulse of spring", "time (ms)", "brass",
+                 "note on spring"):  # fmt: skip
         for text in (page, paper):
             assert part in text.replace("\xa0", " "), part
     page = html_of(document(HOSTILE))
     assert "<script" not in page and "<b>" not in page and "\x00" not in page and "\x1b" not in page
     assert "<script>alert('x')</script>&\"quoted\" <b>" in Page(page).text
-    assert "<script>alert" in pdf_text(pdf_of(document(HOSTILE))).replace(" ", "")
+    assert "<script>alert" in paper_text(document(HOSTILE)).replace(" ", "")
+
+
+def test_a_pdf_reads_its_fonts_and_no_file_of_the_machine(tmp_path: Path) -> None:
+    """Markup that got past every escape could still name a file."""
+    picture = tmp_path / "secret.svg"
+    picture.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="200" height="200">'
+        '<rect width="200" height="200"/></svg>'
+    )
+
+    def ink(address: str) -> float:
+        into = BytesIO()
+        lay_out(f'<img src="{address}" width="200" height="200">').write_to_pdf_stream(into)
+        return float((picture_of(into.getvalue()) < 128).mean())
+
+    inside = base64.b64encode(picture.read_bytes()).decode()
+    assert ink(f"data:image/svg+xml;base64,{inside}") > 0.03, "the picture would be seen"
+    assert ink(picture.as_uri()) == ink("http://192.0.2.1/x.svg") == 0.0
 
 
 def test_pdf_has_its_date_its_letters_and_long_tables() -> None:
-    found = pdf_of(document())
-    assert b"/CreationDate (D:20260302000000Z)" in found and b"/Title (Campaign: spring)" in found
-    pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
-    assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
-    from pyroshock.app.documents.pdf_fonts import fonts
-    from reportlab.pdfbase import pdfmetrics
-
-    letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
-    assert {ord(letter) for letter in "Δε≤σ±–■●○━╌•"} <= set(letters)
+    facts = metadata_of(pdf_of(document()))
+    assert facts["CreationDate"].removeprefix("D:").startswith("20260302000000")
+    assert (facts["Title"], facts["Subject"]) == ("Campaign: spring", "lead of spring")
+    letters = "Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"
+    pdf = pdf_of(document(letters))
+    assert pdf.count(b"/Type /FontDescriptor") == pdf.count(b"/FontFile") >= 2, "all are inside"
+    assert letters in words_of(pdf)
     pdf = pdf_of(document(rows=200))
-    assert pages(pdf) > 3 and pdf_text(pdf).count("name") >= pages(pdf) - 2
+    heads = sum(line.text.startswith("name") for line in lines_of(pdf)[1])
+    assert count_pages(pdf) > 3 and heads >= count_pages(pdf) - 2
 
 
-def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> None:
-    def box(columns: int) -> bool:
-        table = Table(
-            "wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns]
-        )
-        found = re.search(
-            rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]",
-            pdf_of(Document("K", "t", "", {}, [Section("s", [table])])),
-        )
-        assert found is not None
-        return bool(max(found.groups(), key=float) == found[1])
+def table_of(*rows: Sequence[Cell], columns: Sequence[str]) -> Document:
+    return Document("K", "t", "", {}, [Section("s", [Table("caption", columns, rows)])])
 
-    assert not box(3) and box(12)
 
-    def wide(text: str) -> float:
-        return 5.0 * len(text)
+@pytest.mark.parametrize(("columns", "is_turned"), [(3, False), (12, True), (60, True)])
+def test_wide_tables_turn_the_page_and_stay_on_it(columns: int, is_turned: bool) -> None:
+    heads = [f"column-{i}" for i in range(columns)]
+    pdf = pdf_of(table_of(["incompressible"] * columns, columns=heads))
+    ((width, height),) = page_sizes(pdf)
+    assert (width > height) is is_turned
+    assert max(line.right_x for line in lines_of(pdf)[1]) <= width - 33.0
+    text = re.sub(r"\s", "", words_of(pdf))
+    assert text.count("incompressible") == columns
 
-    assert sum(column_widths([["a", "b"], ["one", "two"]], 500, wide, wide)) < 60
-    assert sum(
-        column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide, wide)
-    ) == pytest.approx(500)
-    assert sum(column_widths([["a"] * 40, ["wording"] * 40], 500, wide, wide)) == pytest.approx(500)
-    fonts = ("Helvetica", "Helvetica-Bold")
-    number, words = (Table("t", ("a",), [[cell]]) for cell in ("5.62 ± 0.11", "five or less"))
-    assert needed_width(number, *fonts) > needed_width(words, *fonts)  # is not broken
+
+def test_columns_are_as_wide_as_their_words_and_numbers_are_not_broken() -> None:
+    def right_end(word: str, content: Document) -> float:
+        return max(line.right_x for line in lines_of(pdf_of(content))[1] if word in line.text)
+
+    assert right_end("two", table_of(["one", "two"], columns=("a", "b"))) < 120
+    content = table_of(["word " * 200, "5.62 ± 0.11"], columns=("a", "b"))
+    assert any("5.62 ± 0.11" in line.text for line in lines_of(pdf_of(content))[1])
+    assert right_end("5.62", content) > 500, "the words have what the number leaves"
 
     def of_numbers(*cells: float | str | None) -> bool:
         return Table("t", ("a",), [[cell] for cell in cells]).is_number(0)
@@ -169,24 +202,15 @@ def test_wide_tables_turn_the_page_and_columns_are_as_wide_as_their_words() -> N
 @pytest.mark.parametrize("length", [5, 60, 3000])
 def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
     table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
-    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
+    pdf = pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))
+    text = re.sub(r"\s", "", words_of(pdf))
+    assert text.count("x") == length and text.count("t") >= length, "nothing is cut"
 
 
 def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
-    monkeypatch.delitem(sys.modules, "pyroshock.app.documents.pdf_sheet", raising=False)
-    monkeypatch.setitem(sys.modules, "reportlab", None)
-    for name in [
-        name
-        for name in sys.modules
-        if name.startswith(("reportlab.", "pyroshock.app.documents.pdf"))
-    ]:
-        monkeypatch.setitem(sys.modules, name, None) if name.startswith(
-            "reportlab."
-        ) else monkeypatch.delitem(sys.modules, name)
-    with pytest.raises(MissingPdfError, match=r"pyroshock\[web\]"):
-        pdf_module.pdf_of(document())
+    monkeypatch.setitem(sys.modules, "plutoprint", None)
+    with pytest.raises(MissingPdfError, match=r"plutoprint is not installed.*pyroshock\[web\]"):
+        pdf_of(document())
 
 
 # --- settings and figures are told in the units of the bench ---

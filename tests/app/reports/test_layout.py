@@ -23,7 +23,6 @@ from pyroshock.app.documents.document import (
 )
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
-from pyroshock.app.documents.pdf_sheet import MARGIN
 from pyroshock.app.operations.diagnose.report import document_of
 from pyroshock.app.operations.validate.report import validation_document
 from pyroshock.app.report.campaign import campaign_document
@@ -48,6 +47,8 @@ PAGES = {
     "diagnosis": 2,
     "validation": 3,
 }
+#: Of a page, in points.
+MARGIN = 12 / 25.4 * 72
 LONG = "a-name-of-a-level-that-is-much-longer-than-any-column-of-a-table-can-be-wide"
 Reports = Callable[[str], Document]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.app.documents import pdf_fonts
-from pyroshock.app.documents.document import Bullets, ChartRow, Document, Figure, Section, Table
-from pyroshock.app.documents.svg import line_chart
+from pyroshock.app.documents.document import Bullets, ChartRow, Document, Section, Table
 from pyroshock.app.documents.write import report_content
+from pyroshock.app.figures.figure import Plot, PlotAxis
 from support.checks.pdf_layout import lines_of, picture_of, words_of
 
 #: "Impact test" in languages whose letters are embedded.
@@ -40,9 +40,9 @@ def document(word: str) -> Document:
 def document_with(word: str, place: str) -> Document:
     """A report in which `word` stands at that place alone."""
     words = {name: word if name == place else "x" for name in PLACES}
-    chart = line_chart("label", [], words["chart"], "f")
+    chart = Plot("x", PlotAxis(words["chart"], "1"), PlotAxis("f", "1"))
     table = Table("of it", (words["heading"],), [[words["cell"]]])
-    section = Section("s", [table, Bullets([words["bullet"]], ""), ChartRow([Figure("x", chart)])])
+    section = Section("s", [table, Bullets([words["bullet"]], ""), ChartRow([chart])])
     return Document(
         "Campaign", words["title"], words["lead"], {"Operator": words["fact"]}, [section]
     )
@@ -81,8 +81,7 @@ def _pixels(low: float, high: float) -> slice:
 
 
 def test_a_letter_beyond_the_basic_plane_has_a_font() -> None:
-    assert pdf_fonts.font_runs("𠮷", "DejaVuSans") == [("NotoSansCJK", "𠮷")]
-    assert report_content(document("𠮷野"), ".pdf").startswith(b"%PDF")
+    assert "𠮷野" in words_of(report_content(document("𠮷野"), ".pdf"))
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -113,41 +112,56 @@ def test_many_missing_letters_are_counted_after_the_first() -> None:
 
 
 def test_joiners_and_selectors_that_have_no_picture_leave_no_box() -> None:
-    shown = "".join(
-        piece for _, piece in pdf_fonts.font_runs("a\u200db\ufe0fc\u202e\U000e0100d", "DejaVuSans")
-    )
-    assert pdf_fonts.PLACEHOLDER not in shown and shown.replace("\u200d", "").replace(
-        "\u202e", ""
-    ).startswith("ab")
+    word = "a\u200db\ufe0fc\u202e\U000e0100d"
+    assert pdf_fonts.PLACEHOLDER not in words_of(report_content(document(word), ".pdf"))
+    assert pdf_fonts.remarks_on_letters(word) == []
 
 
-def test_letters_from_right_to_left_are_shown_and_the_reader_is_told() -> None:
-    text = " ".join(words_of(report_content(document("اختبار"), ".pdf")).split())
-    assert "Arabic and Hebrew letters stand unjoined" in text and pdf_fonts.PLACEHOLDER not in text
-    assert (
-        pdf_fonts.remarks_on_letters("Größe 冲击 충격")
-        == []
-        == pdf_fonts.remarks_on_letters("plain")
-    )
+def test_arabic_is_joined_and_runs_from_right_to_left() -> None:
+    """A letter alone is wider than within its word, and the first one stands at the right."""
+    text = words_of(report_content(document("اختبار"), ".pdf"))
+    assert pdf_fonts.PLACEHOLDER not in text and "stand" not in text
+
+    def width(word: str) -> float:
+        _, lines = lines_of(report_content(Document("K", word, "", {}, []), ".pdf"))
+        return max(line.right_x - line.left_x for line in lines if line.page == 1 and line.top > 50)
+
+    assert width("ببب") < 0.8 * width("ب\u200cب\u200cب"), "a non-joiner keeps letters apart"
 
 
 def test_accents_that_stand_apart_are_joined() -> None:
     """Names of files from a Mac: ü and Hangul in their parts."""
     for word in ("prüfung", "충격"):
-        runs = pdf_fonts.font_runs(unicodedata.normalize("NFD", word), "DejaVuSans")
-        assert "".join(piece for _, piece in runs) == word
+        apart = unicodedata.normalize("NFD", word)
+        assert apart != word == pdf_fonts.printable(apart)
+        assert word in words_of(report_content(document(apart), ".pdf"))
 
 
-def test_letters_bear_the_font_that_has_them_in_regular_and_bold() -> None:
-    assert pdf_fonts.marked_letters("a 冲 b", "DejaVuSans") == (
-        'a <font name="NotoSansCJK">冲</font> b',
-        True,
+def test_letters_that_languages_share_have_the_shapes_of_the_language() -> None:
+    """直 ends in a straight line in Chinese, and in a corner in Japanese."""
+
+    pdfs = [report_content(document(word), ".pdf") for word in ("直", "直試", "直の")]
+    _, lines = lines_of(pdfs[0])
+    title = max(
+        (line for line in lines if line.text == "直"), key=lambda line: line.bottom - line.top
     )
-    assert pdf_fonts.marked_letters("冲", "DejaVuSans-Bold") == (
-        '<font name="NotoSansCJK-Bold">冲</font>',
-        True,
-    )
-    assert pdf_fonts.marked_letters("a ≤ ü", "DejaVuSans") == ("a ≤ ü", False)
+    place = _pixels(title.top, title.bottom), _pixels(title.left_x, title.right_x)
+    chinese, alike, japanese = (picture_of(pdf)[place].tobytes() for pdf in pdfs)
+    assert chinese == alike != japanese
+
+
+def test_bold_letters_do_not_make_the_others_bold() -> None:
+    """Both weights come of one file, whose state the library keeps."""
+    _, lines = lines_of(pdf := report_content(document("冲击试验"), ".pdf"))
+    rows = [line for line in lines if line.text == "冲击试验" and line.page == 1]
+    head, cell = rows[-2:]
+    ink = [
+        (
+            picture_of(pdf)[_pixels(row.top, row.bottom), _pixels(row.left_x, row.right_x)] < 128
+        ).mean()
+        for row in (head, cell)
+    ]
+    assert ink[0] > 1.1 * ink[1]
 
 
 def test_the_same_letters_give_the_same_bytes_whatever_was_printed_before() -> None:

@@ -12,7 +12,8 @@ from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.documents.document import Block, Bullets, ChartRow, Document, Paragraph, Table
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
-from pyroshock.app.documents.svg import MOST_POINTS
+from pyroshock.app.figures.agreement import MOST_POINTS
+from pyroshock.app.figures.figure import LineSeries, PointSeries
 from pyroshock.app.operations.train.wording import share, share_with_range
 from pyroshock.app.report.model import model_document, of_all_splits
 from pyroshock.dataset.table import PulseTable
@@ -111,11 +112,15 @@ def test_predictions_stand_beside_measurements(lab: ModelLab) -> None:
     ]
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
     _, contact_time, coverage = charts.figures
-    assert len(Page(contact_time.drawing).of("circle")) == count < MOST_POINTS
-    assert "measured (ms)" in contact_time.drawing
+    clouds = [series for series in contact_time.series if isinstance(series, PointSeries)]
+    assert sum(len(cloud.x) for cloud in clouds) == count < MOST_POINTS
+    assert (contact_time.x.heading, contact_time.x.scale) == ("measured (ms)", "log")
     tips = set(lab[1]("").tip_material.tolist())
-    assert {words for _, words in charts.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
-    assert len(Page(coverage.drawing).of("polyline")) == 3  # the diagonal, force, contact time
+    assert set(contact_time.legend()) == {f"{tip} tip" for tip in tips} and len(tips) > 1
+    equal, *curves = coverage.series
+    assert [curve.name for curve in curves] == ["force", "contact time"]
+    assert isinstance(equal, LineSeries)
+    assert equal.x.tolist() == equal.y.tolist(), "the diagonal"
 
 
 def test_decisions_origin_and_splits_are_those_of_the_registry(lab: ModelLab) -> None:

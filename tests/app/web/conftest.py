@@ -30,15 +30,14 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """
     chromium()
 
-    from pyroshock.training.fitting import fitting
     from pyroshock.virtualbench.campaigns import ringing
+    from support.stores.registries import without_figures
 
     out = tmp_path_factory.mktemp("demo") / "results"
     url = f"sqlite:///{out / DEMO_DB}"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ringing, "MAX_FREQUENCY_HZ", 500.0)
-        patch.setattr(fitting, "training_figures", lambda *_: {})
-        patch.setattr("pyroshock.training.fitting.session.summary_figures", lambda *_: {})
+        without_figures(patch)
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         run_pyroshock("demo", "--out", out, "--chapters", "2")
         run_pyroshock("dataset", "build", "guns", "--from", "rehearsal", "--db", url)

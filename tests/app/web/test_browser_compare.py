@@ -24,7 +24,7 @@ def test_overlay_has_each_level_with_its_pulses(browser, lab):
         assert sum(int(row[1]) for row in groups) == pulses
         shown = {trace["name"] for trace in drawn(page, "overlay")}
         assert {f"{level} ({count})" for level, count, *_ in groups} <= shown
-        assert any("standard deviation" in name for name in shown)
+        assert any("standard deviation" in own["detail"] for own in drawn(page, "overlay"))
         screenshot(page, "compare", 1000)
         page.select_option("#factor", "tip_radius")
         page.click("#filter button")
@@ -47,9 +47,10 @@ def test_spectra_are_those_of_the_api_with_bands_and_decibels(browser, lab):
         for each in found["spectra"]:
             trace = traces[f"impact {each['impact']}, {each['channel']}"]
             assert trace["y"] == pytest.approx([level / G for level in each["maximax"]], rel=1e-5)
-            assert "dB" in trace["hovertemplate"] and len(trace["customdata"]) == len(trace["y"])
+            assert len(trace["labels"]) == len(trace["y"])
+            assert any(label.endswith(" dB") for label in trace["labels"])
         assert page.locator("#held tbody tr").count() == len(found["spectra"])
-        paper = {trace["name"]: trace for trace in drawn(page, "paper")}
+        paper = {trace["name"] or trace["detail"]: trace for trace in drawn(page, "paper")}
         each = found["spectra"][0]
         curve = paper[f"impact {each['impact']}, {each['channel']}"]
         assert curve["y"] == pytest.approx(each["pseudo_velocity_m_s"], rel=1e-5)

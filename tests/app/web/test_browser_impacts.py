@@ -52,20 +52,21 @@ def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
         at(page, f"/impacts/{impact}")
         page.wait_for_selector(f"[data-channel='{key}'][data-zoomable=yes]")
         assert len(drawn(page, f"channel-{key}")[0]["x"]) <= 2000 < stored.size
-        area = page.locator(f"[data-channel='{key}'] .nsewdrag").first
+        area = page.locator(f"[data-channel='{key}'] .canvas").first
         area.scroll_into_view_if_needed()
-        box = area.bounding_box()
-        y = box["y"] + box["height"] / 2
-        page.mouse.move(box["x"] + 2, y)
+        box, frame = area.bounding_box(), page.evaluate(f"key => ({SHOWN})(key).chart.frame", key)
+        x, y = box["x"] + frame["left"], box["y"] + box["height"] / 2
+        page.mouse.move(x + 2, y)
         page.mouse.down()
-        page.mouse.move(box["x"] + 12, y, steps=4)
-        page.mouse.move(box["x"] + 22, y, steps=4)
+        page.mouse.move(x + 12, y, steps=4)
+        page.mouse.move(x + 22, y, steps=4)
         page.mouse.up()
         page.wait_for_selector(f"[data-channel='{key}'][data-exact=true]")
-        window = page.evaluate(f"key => ({SHOWN})(key).layout.xaxis.range", key)
+        window = page.evaluate(f"key => ({SHOWN})(key).chart.range.x", key)
         (trace,) = drawn(page, f"channel-{key}")
         assert "Every sample is shown" in page.inner_text(f"#channel-{key} .shown")
-        page.evaluate(f"key => Plotly.relayout(({SHOWN})(key), {{'xaxis.autorange': true}})", key)
+        tools = page.locator(f"#channel-{key} .chart-tools")
+        tools.get_by_role("button", name="Everything").click()
         page.wait_for_selector(f"[data-channel='{key}'][data-exact=false]")
     time_s = begin + np.arange(stored.size) / rate
     inside = (time_s * 1e3 >= window[0] - 1e-9) & (time_s * 1e3 <= window[1] + 1e-9)
@@ -88,7 +89,7 @@ def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser,
         page.press("#threshold", "Enter")
         page.wait_for_selector("#preview")
         wait_drawn(page)
-        assert [t["name"] for t in drawn(page, "segmentation") if t["mode"] == "lines"][
+        assert [t["name"] for t in drawn(page, "segmentation") if t["kind"] == "line"][
             -1
         ] == "preview"
         told = page.inner_text("[data-figure-key=contact_time_s]")

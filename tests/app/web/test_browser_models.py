@@ -30,7 +30,9 @@ def test_two_models_are_compared_on_pulses_in_common(browser, lab):
         best = min(heads, key=lambda label: found[label]["metrics"]["force_nrmse"]["mean"])
         assert best in page.locator("#sentences li").first.inner_text()
         (trace,) = drawn(page, "differences-1")
-        (other,) = trace["y"]
+        (place,) = trace["y"]
+        categories = "document.querySelector('#differences-1 .plot').chart.figure.y.categories"
+        other = page.evaluate(categories)[place]
         means = {label: found[label]["metrics"]["force_nrmse"]["mean"] for label in heads}
         (difference,) = trace["x"]
         assert difference == pytest.approx(100 * (means[other] - means[best]), rel=1e-4)
@@ -222,7 +224,7 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
 def test_predicted_lies_over_measured_with_the_coverage(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/models/linear/1")
-        shown = [trace for trace in drawn(page, "against-1") if trace["mode"] == "markers"]
+        shown = [trace for trace in drawn(page, "against-1") if trace["kind"] == "points"]
         pulses = int(page.inner_text("#against-1 figcaption").split(" held-out")[0].split()[-1])
         assert sum(len(trace["x"]) for trace in shown) == pulses > 0
         assert {"force", "contact time"} <= {trace["name"] for trace in drawn(page, "coverage")}

@@ -20,7 +20,7 @@ OF_PAPER = ("sheet-print",)
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
 #: Whether every chart has the width of its frame: charts follow the window in a moment.
 _FOLLOWED = """[...document.querySelectorAll(".plot")].every((plot) => {
-  const drawing = plot.querySelector(".main-svg");
+  const drawing = plot.querySelector(".drawing");
   return !drawing || Math.abs(drawing.getBoundingClientRect().width - plot.clientWidth) < 3; })"""
 _SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 #: How many things of a page's own can be used: those in closed details, and hidden ones, cannot.
@@ -43,11 +43,11 @@ def _in(page: Any, scheme: str) -> str:
     card = page.evaluate(
         "getComputedStyle(document.documentElement).getPropertyValue('--card').trim()"
     )
-    behind = (
-        "[...document.querySelectorAll('[data-figure]')].map(each => each.layout.paper_bgcolor)"
+    drawn = (
+        "[...document.querySelectorAll('.plot')].filter(e => e.chart).map(e => e.chart.markup())"
     )
-    until(lambda: set(page.evaluate(behind)) <= {card})
-    assert set(page.evaluate(behind)) <= {card}
+    markups = page.evaluate(drawn)
+    assert all(f'fill="{card}"' in markup for markup in markups)
     return card
 
 

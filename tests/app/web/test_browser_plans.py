@@ -70,11 +70,11 @@ def test_design_is_made_and_judged(browser, lab):
         assert changes and all(0 <= int(row[1]) < 20 for row in changes)
         assert "The plan is" in page.inner_text("#verdict")
         (pairs,) = drawn(page, "pairs")
-        assert (pairs["zmin"], pairs["zmax"]) == (-1, 1)
+        assert pairs["limits"] == [-1, 1]
         page.click("summary:has-text('Runs of each level')")
         wait_drawn(page)
         (bars,) = drawn(page, "balance-1")
-        assert sum(bars["y"]) == 20
+        assert sum(bars["end"]) == 20
         screenshot(page, "plan", 1250)
 
 

@@ -180,7 +180,7 @@ def test_specification_is_drawn_while_it_is_typed_and_its_faults_are_named(brows
         assert prescribed["y"][0] == pytest.approx(
             30 * 9.80665 / (2 * 3.141592653589793 * 100), rel=1e-3
         )
-        width = page.evaluate("document.querySelector('#target-chart .plot .main-svg').clientWidth")
+        width = page.evaluate("document.querySelector('#target-chart .plot .drawing').clientWidth")
         assert width == page.evaluate("document.querySelector('#target-chart .plot').clientWidth")
         page.fill("#target", "frequency_hz,level_g\n100,30\n1000,loud\n")
         page.wait_for_selector("#target-fault:has-text(\"line 3: level_g is 'loud'\")")

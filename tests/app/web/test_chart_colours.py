@@ -9,7 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.figures.plotly_base import COLOURS, DASHES
+from pyroshock.app.figures.figure import CATEGORIES, DASHES, ColourRole
+from pyroshock.app.figures.palette import ALIASES, CARD, colour_of
+
+COLOURS = tuple(role.value for role in CATEGORIES)
 
 CSS = (Path(__file__).resolve().parents[3] / "app" / "web" / "static" / "style.css").read_text(
     encoding="utf-8"
@@ -81,3 +84,13 @@ def test_every_colour_stands_out_from_the_card(scheme: str) -> None:
 def test_colours_and_dashes_together_tell_forty_curves_apart() -> None:
     pairs = {(COLOURS[i % len(COLOURS)], DASHES[i % len(DASHES)]) for i in range(40)}
     assert len(pairs) == 40
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_files_and_pages_have_the_same_colours(scheme: str) -> None:
+    colours = schemes()[scheme]
+    assert colours["card"] == CARD[scheme]
+    aliases = dict(re.findall(r"--(\w+): var\(--(\w+)\)", CSS))
+    assert aliases == {role.value: other.value for role, other in ALIASES.items()}
+    for role in ColourRole:
+        assert colour_of(role, scheme) == colours[aliases.get(role.value, role.value)], role

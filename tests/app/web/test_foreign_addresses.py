@@ -1,4 +1,4 @@
-"""No page, script or report names another server; plotly.js's own ways out are switched off."""
+"""No page, script or report names another server."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from pyroshock.app.documents.document import Document
 from pyroshock.app.documents.page import html_of
-from pyroshock.app.server.application import plotly_file
 from support.stores.web_stores import Lab
 
 WEB = Path(__file__).resolve().parents[3] / "app" / "web"
@@ -58,36 +57,3 @@ def test_our_own_scripts_styles_and_templates_name_no_server(file: Path) -> None
         r"(?:https?:)?//[a-z0-9][\w.-]*\.[a-z]{2,}[^\s\"'`)]*", file.read_text(encoding="utf-8")
     )
     assert [address for address in addresses if not address.startswith(_NAMESPACES)] == []
-
-
-def test_every_setting_of_plotly_that_names_a_server_is_replaced_by_ours() -> None:
-    """A newer plotly.js that adds a way out fails here."""
-    script, plotly = (
-        (WEB / "static" / "charts.js").read_text(),
-        plotly_file().read_text(encoding="utf-8"),
-    )
-    (config,) = re.findall(r"const CONFIG = \{(.*?)\};", script, re.S)
-    foreign = set(re.findall(r"(\w+):\{[^{}]*dflt:\"https?://", plotly))
-    assert "plotlyServerURL" in foreign and all(f"{name}:" in config for name in foreign)
-    assert (
-        "http" not in config
-        and "showSendToCloud: false" in config
-        and "displaylogo: false" in config
-    )
-    switches = {
-        name
-        for name in re.findall(r"(\w+):\{valType:\"boolean\",dflt:!0\}", plotly)
-        if "loud" in name
-    }
-    assert switches == {"showSendToCloud"}
-
-
-def test_every_chart_is_drawn_with_those_settings() -> None:
-    calls = [
-        call
-        for file in WEB.glob("static/*.js")
-        for call in re.findall(
-            r"Plotly\.(?:react|newPlot|plot)\([^;]*?\)\s*\n", file.read_text(encoding="utf-8")
-        )
-    ]
-    assert calls and all(call.rstrip().endswith("CONFIG)") for call in calls)

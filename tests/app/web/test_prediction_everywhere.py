@@ -142,12 +142,10 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
         key: value for key, value in command.items() if key not in ("force", "acceleration", "srs")
     }
     figures = answer["figures"]
-    (force,) = [trace for trace in figures["force"]["data"] if trace.get("name") == "mean"]
+    (force,) = [own for own in figures["force"]["series"] if own["name"] == "mean"]
     assert 1e3 * np.array(force["y"]) == pytest.approx(command["force"]["mean"], rel=1e-4, abs=1e-2)
     for sensor in ("acceleration_1", "acceleration_2"):
-        (spectrum,) = [
-            trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor
-        ]
+        (spectrum,) = [own for own in figures["spectrum"]["series"] if own["name"] == sensor]
         assert spectrum["y"] == pytest.approx(
             [level / G for level in command["srs"][sensor]["mean"]], rel=1e-4
         )

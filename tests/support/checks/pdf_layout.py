@@ -27,6 +27,24 @@ class PlacedLine:
         return self.page == other.page and across > 0.1 and down > 0.1
 
 
+def count_pages(pdf: bytes) -> int:
+    """How many there are."""
+    with _opened(pdf) as document:
+        return len(document)
+
+
+def page_sizes(pdf: bytes) -> list[tuple[float, float]]:
+    """Width and height of each page in points."""
+    with _opened(pdf) as document:
+        return [page.get_size() for page in document]
+
+
+def metadata_of(pdf: bytes) -> dict[str, str]:
+    """Title, subject, date: what a PDF says of itself."""
+    with _opened(pdf) as document:
+        return dict(document.get_metadata_dict(skip_empty=True))
+
+
 def words_of(pdf: bytes) -> str:
     """The text, in the order of reading."""
     with _opened(pdf) as document:

@@ -179,11 +179,8 @@ def asked(page: Any, address: str) -> Any:
 
 
 def drawn(page: Any, chart: str) -> Any:
-    """The traces that a chart has, as plotly holds them: name, kind, numbers."""
-    traces = "id => document.querySelector(`#${CSS.escape(id)} .plot`).data"
-    return page.evaluate(
-        f"{traces}.map(t => ({{name: '', ...t, x: [...t.x], y: [...t.y]}}))", chart
-    )
+    """The series that a chart has: kind, name, numbers."""
+    return page.evaluate("id => document.querySelector(`#${CSS.escape(id)} .plot`).data", chart)
 
 
 def screenshot(page: Any, name: str, height: int | None = None) -> None:

@@ -27,4 +27,3 @@ def watched(task: Any, *others: Any) -> Any:
 
 
 vars(run_tasks)["try_fit"] = watched
-vars(fitting)["training_figures"] = lambda *_: {"pulses.png": b"drawn"}

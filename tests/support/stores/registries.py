@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.fitting import fitting
-from pyroshock.training.fitting.fitting import TrainingContext
+from pyroshock.training.fitting.fitting import TrainingContext, TrainingFigures
 from pyroshock.training.registry import promotion
 from pyroshock.training.registry.connection import EXPERIMENT
 from pyroshock.training.registry.model_storage import storage_for
@@ -62,17 +61,30 @@ def context_in(
     table = pulse_table(np.random.default_rng(1), repetitions=3) if table is None else table
     digest = "".join(f"{ord(letter) % 16:x}" for letter in name).ljust(64, "0")
     return TrainingContext(
-        DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work
+        DatasetName(name, digest, "hammer"),
+        table,
+        seed,
+        "reduced",
+        registry.place.work,
+        DrawnFigures(),
     )
 
 
 def without_figures(monkeypatch) -> None:  # pytest's fixture
-    """A training draws for a second; what it draws is tested with the plots."""
-    monkeypatch.setattr(fitting, "training_figures", lambda *_: {"pulses.png": b"drawn"})
-    monkeypatch.setattr(
-        "pyroshock.training.fitting.session.summary_figures",
-        lambda _, split: {f"summary_{split}.png": b"drawn"},
-    )
+    """A training draws for a second; what it draws is tested with the figures."""
+    drawing = "pyroshock.app.train.registered_figures.RegisteredFigures"
+    monkeypatch.setattr(f"{drawing}.of_model", DrawnFigures.of_model)
+    monkeypatch.setattr(f"{drawing}.of_split", DrawnFigures.of_split)
+
+
+class DrawnFigures(TrainingFigures):
+    """Files of one word, in place of pictures."""
+
+    def of_model(self, *_: object) -> dict[str, bytes]:
+        return {"pulses.png": b"drawn"}
+
+    def of_split(self, _: object, split: str) -> dict[str, bytes]:
+        return {f"summary_{split}.png": b"drawn"}
 
 
 def without_judging_the_first(monkeypatch) -> None:  # pytest's fixture
