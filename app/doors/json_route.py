@@ -10,6 +10,7 @@ from fastapi import APIRouter, Depends
 from starlette.requests import Request as HttpRequest
 
 from ..common.number_format import finite
+from ..operations.catalogue import topic_of
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
 from ..operations.laboratory import Laboratory
@@ -45,6 +46,7 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
         name=operation.name,
         summary=operation.help.partition("\n")[0],
         description=operation.help,
+        tags=[topic_of(operation.name)],
         openapi_extra=_openapi(operation, method, address),
     )
 

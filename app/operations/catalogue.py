@@ -53,6 +53,18 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "blind-check": ("diagnose.blind_check", "BLIND_CHECK", "blind-check"),
 }
 
+#: Folder of a feature -> the topic below which the description of the API has its routes; a folder
+#: that is not here is a topic of its own name.
+TOPICS = {
+    "plan": "plans",
+    "tune": "twin",
+    "validate": "twin",
+    "predict": "twin",
+    "train": "models",
+    "diagnose": "diagnoses",
+    "ingest": "campaigns",
+}
+
 
 def operation(name: str) -> Operation[Any, Any]:
     """The operation of a name. Raises `LookupError` for one that there is not."""
@@ -62,6 +74,12 @@ def operation(name: str) -> Operation[Any, Any]:
     declared = getattr(importlib.import_module(f".{module}", __package__), attribute)
     assert isinstance(declared, Operation)
     return declared
+
+
+def topic_of(name: str) -> str:
+    """The topic of an operation's route in the description of the API."""
+    feature = OPERATIONS[name][0].partition(".")[0]
+    return TOPICS.get(feature, feature)
 
 
 def commands_of_noun(noun: str) -> dict[str, str]:
