@@ -10,9 +10,10 @@ from pyroshock.app.doors.command_line.main import main
 
 from .markdown import code, escaped, joined, prose, table
 
-#: A default that is no value stands at the end of an option's help: "[default: drawn and
-#: reported]".
-_DEFAULT_IN_WORDS = re.compile(r"\s*\[default:? ([^\]]+)\]$")
+#: What click does not know stands at the end of an option's help: that it is required, and a
+#: default of the request or in words, as "[default: 10]" and "[default: drawn and reported]".
+_REQUIRED = re.compile(r"\s*\[required\]$")
+_DEFAULT = re.compile(r"\s*\[default:? ([^\]]+)\]$")
 
 
 def commands() -> Iterator[tuple[click.Context, click.Command]]:
@@ -60,13 +61,12 @@ def _section(context: click.Context, command: click.Command) -> str:
 def _row(context: click.Context, option: click.Option) -> tuple[str, str, str]:
     record, extra = option.get_help_record(context), option.get_help_extra(context)
     assert record is not None
-    words = option.help or ""
-    in_words = _DEFAULT_IN_WORDS.search(words)
-    default = (
-        "required" if option.required else code(extra["default"]) if "default" in extra else ""
-    )
-    if not default and in_words:
-        words, default = words[: in_words.start()], escaped(in_words[1])
+    words = _REQUIRED.sub("", option.help or "")
+    required = option.required or words != (option.help or "")
+    default = "required" if required else code(extra["default"]) if "default" in extra else ""
+    if not default and (stated := _DEFAULT.search(words)):
+        words = words[: stated.start()]
+        default = escaped(stated[1]) if " " in stated[1] else code(stated[1])
     notes = [words and escaped(words)]
     if option.multiple and "repeat" not in words:
         notes.append("May be repeated.")

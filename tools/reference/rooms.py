@@ -7,18 +7,22 @@ from __future__ import annotations
 
 ROOMS: dict[str, tuple[str, ...]] = {
     "app": (
-        "experiment_store", "common.errors", "ingest.service", "impacts.service",
-        "impacts.spectra_service",
-        "plan.service", "train.service", "train.contact_model", "laboratory_twin",
-        "predict.service",
-        "tune.service", "validate.service", "diagnose.service",
+        "library.experiment_store", "library.plans", "library.laboratory_twin", "common.errors",
+        "operations.ingest.service", "operations.impacts.service",
+        "operations.impacts.spectra_service", "operations.plan.service",
+        "operations.train.service", "operations.train.contact_model",
+        "operations.predict.service", "operations.tune.service", "operations.validate.service",
+        "operations.diagnose.service",
     ),
     "schema": (
         "session", "engine", "addresses", "listings", "conditions", "series", "known_factors",
         "known_facts",
-        "configurations", "benches", "atomic_write", "migrate", "access.roles",
+        "configurations", "benches", "migrate", "access.roles",
         "integrity.checking",
         "integrity.findings", "transfer.copying", "transfer.export", "transfer.merging",
+    ),
+    "files": (
+        "atomic_write", "delimited_text", "number_notation", "spreadsheet_guard", "toml_text",
     ),
     "parallel": (
         "map_tasks",
@@ -29,14 +33,16 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "srs.moments",
     ),
     "ingest": (
-        "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base",
-        "segmentation",
-        "pulses", "transfer_function", "acceleration", "velocity", "impact_speed", "pressure_drop",
-        "gunshot",
-        "processing", "shot_differences", "channel_figures", "recording_options", "known_facts",
-        "derived_force",
-        "stored", "reextraction", "repair",
-        "plan_link",
+        "load", "errors",
+        "folder.campaign_file", "folder.runs_table", "folder.recording_options",
+        "folder.known_facts",
+        "readers", "readers.base",
+        "extraction.settings", "extraction.recording", "extraction.segmentation",
+        "extraction.pulses", "extraction.transfer_function", "extraction.deconvolution",
+        "extraction.velocity", "extraction.impact_speed", "extraction.pressure_drop",
+        "extraction.gunshot", "extraction.channel_figures", "extraction.derived_force",
+        "storing.report", "storing.stored_channels", "storing.shot_differences",
+        "storing.reextraction", "storing.series_repair", "storing.plan_link",
     ),
     "doe": (
         "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported",
