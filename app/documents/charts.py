@@ -37,7 +37,12 @@ def legends_of(plots: Sequence[Plot]) -> tuple[list[LegendEntry], list[list[Lege
 def _entries(plot: Plot) -> Iterator[LegendEntry]:
     """Each name once, by the first that bears it."""
     names: set[str] = set()
-    for part in (*plot.series, *plot.reference_lines, *plot.regions):
+    drawn: list[PlotSeries | ReferenceLine | ReferenceRegion] = [
+        *plot.series,
+        *plot.reference_lines,
+        *plot.regions,
+    ]
+    for part in drawn:
         if part.name and part.name not in names:
             names.add(part.name)
             yield LegendEntry(_mark(part), part.role, part.name)

@@ -108,7 +108,7 @@ def lay_out(text: str, is_turned: bool = False) -> Any:
 
     from .pdf_fonts import font_file
 
-    class Fonts(plutoprint.ResourceFetcher):  # type: ignore[misc]
+    class Fonts(plutoprint.ResourceFetcher):
         def fetch_url(self, url: str) -> Any:
             scheme, _, name = url.partition(":")
             if scheme != "font":

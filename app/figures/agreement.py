@@ -41,8 +41,8 @@ def agreement_plot(
                 silent=True,
             )
         )
-    both = (replace(axis, limits=ends) for axis in (x, y))
-    return Plot(title, *both, (*lines, *thinned))
+    x, y = (replace(axis, limits=ends) for axis in (x, y))
+    return Plot(title, x, y, (*lines, *thinned))
 
 
 def _thinned(cloud: PointSeries, most: int, logarithmic: bool) -> PointSeries:

@@ -108,10 +108,10 @@ def _fit_words(axes: Axes) -> None:
     box = axes.get_window_extent()
     for title, length in ((axes.xaxis.label, box.width), (axes.yaxis.label, box.height)):
         points = length * 72 / axes.figure.dpi
-        font = title.get_font_properties()
+        font = title.get_fontproperties()
         width = text_to_path.get_text_width_height_descent(title.get_text() or " ", font, False)[0]
         if width > points:
-            title.set_fontsize(title.get_fontsize() * points / width)
+            title.set_fontsize(_FONT_SIZE * points / width)
 
 
 def _without_names(plot: Plot) -> Plot:

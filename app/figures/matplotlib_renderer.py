@@ -147,12 +147,8 @@ def _region(region: ReferenceRegion, axes: Axes, ink: _Ink) -> Artist:
 
 def _reference(line: ReferenceLine, axes: Axes, ink: _Ink) -> Artist:
     draw = axes.axvline if line.along == "x" else axes.axhline
-    style: dict[str, Any] = {
-        "color": ink(line.role),
-        "ls": _DASHES[line.dash],
-        "lw": line.width * _POINT,
-    }
-    return draw(line.at, **style)
+    width = line.width * _POINT
+    return draw(line.at, color=ink(line.role), ls=_DASHES[line.dash], lw=width)
 
 
 def _text(label: TextLabel, axes: Axes, ink: _Ink) -> None:
@@ -306,11 +302,13 @@ def _set_axis(
         (axes.set_xscale if direction == "x" else axes.set_yscale)("log")
     low, high = plot.limits(direction)
     if present is not None:
-        low, high = min(low, *present), max(high, *present)
+        # a logarithmic axis of what is there already has no zero
+        values = [end for end in (low, high) if end > 0 or own.get_scale() != "log"]
+        low, high = min(*values, *present), max(*values, *present)
     ends = (high, low) if axis.reversed else (low, high)
     (axes.set_xlim if direction == "x" else axes.set_ylim)(*ends)
     if axis.hidden:
-        own.set_visible(False)
+        own.set_visible(present is not None)
         return
     own.set_label_text(_plain(axis.heading))
     if axis.categories:

@@ -252,12 +252,12 @@ def _bars(title: str, x: PlotAxis, rows: Sequence[BarRow], connected: int = 0) -
     low, high = min(0.0, *values), max(values)
     ends = (low, high if high > low else low + 1.0)
     series = [*_joints(rows[:connected]), *(_bar(i, row) for i, row in enumerate(rows))]
-    labels = [
-        TextLabel(words, place, i - 0.05, anchor, above=True, role=ColourRole.INK)
-        for i, row in enumerate(rows)
-        for words, place, anchor in ((row.name, ends[0], "start"), (row.value, ends[1], "end"))
-        if words
-    ]
+    labels = []
+    for i, row in enumerate(rows):
+        y, ink = i - 0.05, ColourRole.INK
+        labels.append(TextLabel(row.name, ends[0], y, "start", above=True, role=ink))
+        if row.value:
+            labels.append(TextLabel(row.value, ends[1], y, "end", above=True, role=ink))
     names = tuple(row.name for row in rows)
     return Plot(
         title,

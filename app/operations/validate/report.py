@@ -179,13 +179,13 @@ def _histogram(row: Mapping[str, Any]) -> Plot:
 
 def _lines(lines: Mapping[str, list[Mapping[str, float]]]) -> list[Block]:
     """Coverage and error at each line, the sensors over each other."""
-    inside, error = [], []
+    inside, error = list[LineSeries](), list[LineSeries]()
     for number_of_sensor, (name, rows) in enumerate(lines.items()):
         columns = {key: np.array([row[key] for row in rows]) for key in _LINE_COLUMNS}
         frequency, sensor = columns["frequency_hz"], quantity_words(name).partition(", ")[2]
-        common = {"name": sensor, "role": category(number_of_sensor), "x": frequency}
-        inside.append(LineSeries(**common, y=100 * columns["coverage90"]))
-        error.append(LineSeries(**common, y=columns["median_abs_error"]))
+        role, coverage = category(number_of_sensor), 100 * columns["coverage90"]
+        inside.append(LineSeries(frequency, coverage, name=sensor, role=role))
+        error.append(LineSeries(frequency, columns["median_abs_error"], name=sensor, role=role))
     if not inside:
         return []
     x = PlotAxis("natural frequency", "Hz", "log")

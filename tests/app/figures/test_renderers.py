@@ -139,3 +139,12 @@ def test_numbers_are_as_short_as_a_screen_needs():
     assert short_numbers([1 / 3, np.nan, -123456.789, 0.0, 1e-30]) == [
         *(0.333333, None, -123457.0, 0.0, 1e-30),
     ]
+
+
+def test_a_plot_without_a_y_axis_leaves_the_logarithmic_one_that_is_there():
+    axes = MatplotlibFigure().subplots()
+    curve = LineSeries(np.array([1.0, 9.0]), np.array([1.0, 90.0]))
+    draw_plot(Plot("t", TIME, PlotAxis("a", "g", scale="log"), (curve,)), axes)
+    row = PlotAxis("", "1", hidden=True)
+    draw_plot(Plot("v", TIME, row, (PointSeries(np.array([5.0]), np.zeros(1)),)), axes)
+    assert axes.get_yscale() == "log" and axes.get_ylim()[0] > 0 and axes.yaxis.get_visible()

@@ -658,7 +658,9 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     page = Page(filled.client.get(f"/diagnoses/{key}").text)
     assert summary(verdicts.gun()) in page.text
     charts = [drawing["aria-label"] for drawing in page.of("svg")]
-    assert charts[:2] == ["Path of the model error", "Shares of the effects"]
+    path, shares = charts[:2]
+    assert path.startswith("The path of the model error: ") and "what remains" in path
+    assert shares.startswith("Shares of the effects: ") and "unexplained" in shares
     boxes = {box["value"] for box in page.of("input") if box.get("name") == "with"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
