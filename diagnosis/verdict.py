@@ -74,6 +74,10 @@ OTHERS = "effects that are not established"
 _OR = " or "
 #: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
 CORRECTED = "with the learned discrepancy"
+#: Of `Shrinkage.held_out_by`: each configuration in turn.
+BY_CONFIGURATION = "configuration"
+#: A smaller part of the gap is shown as none, and is not said to be gone.
+LEAST_FRACTION = 0.005
 Interval = tuple[float, float]
 
 
@@ -317,6 +321,29 @@ class EffectSet:
 
 
 @dataclass(frozen=True)
+class HeldOutEvidence:
+    """What speaks for a set on configurations that the fit has not seen.
+
+    `gain` is the larger of what it adds beside the other likely effects and of what it takes away
+    as the path adds it, `gone` the part of the reducible gap that is gone by then, `interval` the
+    90 % interval of what the whole fit takes away; None where none is stored.
+    """
+
+    gain: float
+    gone: float
+    interval: Interval | None = None
+
+    @property
+    def is_established(self) -> bool:
+        """Whether the set may be called a cause."""
+        return (
+            self.gain >= LEAST_FRACTION
+            and self.gone >= LEAST_FRACTION
+            and (self.interval is None or self.interval[0] > 0)
+        )
+
+
+@dataclass(frozen=True)
 class WeightedEffects:
     """Effects that may stand for the established sets, one of each set, as they were fitted
     together: their `weight` among such choices, and the gap that they leave held out, in the unit
@@ -419,13 +446,51 @@ class Verdict:
     @property
     def cause_sets(self) -> tuple[EffectSet, ...]:
         """The sets of effects that are called causes, by falling share: every text and figure takes
-        them from here.
+        them from here. They are those of `named_sets` without which less of the gap disappears on
+        configurations that the fit has not seen."""
+        return tuple(own for own in self.named_sets if self.held_out(own).is_established)
+
+    @property
+    def held_out_fraction(self) -> float | None:
+        """The part of the reducible gap that the path takes away on configurations that the fit has
+        not seen; None: not known."""
+        if self.path:  # it ends at the figure of the shrinkage
+            return self.path[-1].fraction
+        entry = self._by_configuration
+        return None if entry is None else entry.fraction
+
+    @property
+    def held_out_interval(self) -> Interval | None:
+        """The 90 % interval of `held_out_fraction`; None where none is stored."""
+        entry = self._by_configuration
+        return None if entry is None else entry.ci90
+
+    @property
+    def _by_configuration(self) -> Shrinkage | None:
+        entries = (own for own in self.shrinkage if own.held_out_by == BY_CONFIGURATION)
+        return next(entries, None)
+
+    def held_out(self, own: EffectSet) -> HeldOutEvidence:
+        """What speaks for a set on configurations that the fit has not seen."""
+        gain, whole = own.held_out_gain, self.held_out_fraction
+        gone = gain if whole is None else whole
+        before = 0.0
+        for step in self.path:
+            if set(step.effects) == set(own.effects):
+                gain, gone = max(gain, step.fraction - before), step.fraction
+                break
+            before = step.fraction
+        return HeldOutEvidence(gain, gone, self.held_out_interval)
+
+    @property
+    def named_sets(self) -> tuple[EffectSet, ...]:
+        """The sets of effects that the diagnosis names, by falling share.
 
         Of a verdict without `sets`, as an older version kept it: the named effects, each with the
         others of its credible set, whose shares have no interval together (NaN).
         """
         if self.sets:
-            return self.sets
+            return tuple(sorted(self.sets, key=lambda own: -own.share))
         groups: list[list[EffectShare]] = []
         for row in self.effects:
             if row.named and not any(row in group for group in groups):

@@ -12,6 +12,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from .progress import Step, notebook_bar
+from .unit_endings import unit_ending
 
 if TYPE_CHECKING:
     import pint
@@ -21,38 +22,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: End of a column's name -> unit, the longer ends first: "_m_s2" also ends with "_s2".
-_UNITS = {
-    "_m_s2": "m/s2",
-    "_kg_m3": "kg/m3",
-    "_kg_s": "kg/s",
-    "_m_s": "m/s",
-    "_n_s": "N s",
-    "_n_m": "N/m",
-    "_mb": "MB",
-    "_hz": "Hz",
-    "_pa": "Pa",
-    "_kg": "kg",
-    "_m3": "m3",
-    "_m2": "m2",
-    "_mm": "mm",
-    "_nm": "N m",
-    "_db": "dB",
-    "_n": "N",
-    "_j": "J",
-    "_k": "K",
-    "_v": "V",
-    "_m": "m",
-    "_s": "s",
-}
-
-
 def unit_of(column: str) -> str:
     """The unit that the end of a column's name says; "" where it says none."""
     name = column.removesuffix("_mean").removesuffix("_lower").removesuffix("_upper")
-    return next(
-        (unit for end, unit in _UNITS.items() if name.endswith(end) and name != end[1:]), ""
-    )
+    entry = unit_ending(name)
+    return "" if entry is None else entry.plain
 
 
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:

@@ -19,10 +19,7 @@ from typing import Any, Literal
 from ...schema.known_factors import NONE
 from ...schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from .number_format import NOTHING, format_number, measured_text
-
-#: g, which pages and tables show accelerations in (ISO 80000-3). The twin's own constant would
-#: bring numpy along.
-STANDARD_GRAVITY_M_S2 = 9.80665
+from .unit_endings import UNIT_ENDINGS, unit_ending
 
 #: "bench": the units of the field. "si": SI.
 System = Literal["bench", "si"]
@@ -49,22 +46,6 @@ class Display:
         return f"{self.label} ({self.unit})" if self.unit else self.label
 
 
-#: Ending of a key -> SI unit, unit of the field, units of the field in one SI unit. The longest
-#: ending comes first.
-_UNITS: tuple[tuple[str, str, str, float], ...] = (
-    ("_m2_s3", "m²/s³", "m²/s³", 1.0),
-    ("_kg_m3", "kg/m³", "kg/m³", 1.0),
-    ("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
-    ("_m_s", "m/s", "m/s", 1.0),
-    ("_n_s", "N s", "N s", 1.0),
-    ("_hz", "Hz", "Hz", 1.0),
-    ("_db", "dB", "dB", 1.0),
-    ("_kg", "kg", "kg", 1.0),
-    ("_pa", "Pa", "bar", 1e-5),
-    ("_s", "s", "ms", 1e3),
-    ("_n", "N", "kN", 1e-3),
-    ("_m", "m", "mm", 1e3),
-)
 #: Endings of columns of plans and of `runs.csv`, which are in units of the field: unit, SI unit,
 #: and its factor.
 _FIELD_UNITS: tuple[tuple[str, str, str, float], ...] = (
@@ -180,16 +161,16 @@ def velocities_of(rows: Iterable[Mapping[str, Any]]) -> Iterator[None]:
 @cache
 def _display_of(key: str, system: System) -> Display:
     key = _FACTORS.get(key, key)
-    for ending, si_unit, unit, scale in _UNITS:
-        if key.endswith(ending) and len(key) > len(ending):
-            label = _LABELS.get(key) or _spelled(key.removesuffix(ending))
-            if system == "si":
-                return Display(label, si_unit, 1.0)
-            of_material = next(
-                (shown for end, shown in _MATERIAL_UNITS.items() if key.endswith(end)),
-                (unit, scale),
-            )
-            return Display(label, *_OTHER_UNITS.get(key, of_material))
+    entry = unit_ending(key)
+    if entry is not None and entry.shown:
+        label = _LABELS.get(key) or _spelled(key.removesuffix(entry.ending))
+        if system == "si":
+            return Display(label, entry.unit, 1.0)
+        of_material = next(
+            (shown for end, shown in _MATERIAL_UNITS.items() if key.endswith(end)),
+            (entry.shown, entry.scale),
+        )
+        return Display(label, *_OTHER_UNITS.get(key, of_material))
     for ending, unit, si_unit, si_scale in _FIELD_UNITS:
         if key.endswith(ending) and len(key) > len(ending):
             label = _spelled(key.removesuffix(ending))
@@ -206,7 +187,7 @@ def _spelled(name: str) -> str:
 def display_of_predictor(name: str, unit: str | None) -> Display:
     """How a predictor in this SI unit is shown: `tip_youngs_modulus` in `Pa` in GPa."""
     written = (unit or "").replace("2", "²").replace("3", "³")
-    endings = (ending for ending, si_unit, *_ in _UNITS if si_unit == written)
+    endings = (entry.ending for entry in UNIT_ENDINGS if entry.shown and entry.unit == written)
     return display_of(f"{name}{next(endings, '')}")
 
 
@@ -241,10 +222,8 @@ def key_of(name: str, keys: Iterable[str]) -> str:
 
 
 def _words(key: str) -> str:
-    ending = next(
-        (entry[0] for entry in _UNITS if key.endswith(entry[0]) and len(key) > len(entry[0])), ""
-    )
-    return key.removesuffix(ending).replace("_", " ")
+    entry = unit_ending(key)
+    return key.removesuffix("" if entry is None else entry.ending).replace("_", " ")
 
 
 def heading(key: str) -> str:
@@ -310,7 +289,7 @@ def shown_unit(si_unit: str) -> tuple[str, float]:
     si_unit = si_unit.replace("m/s2", "m/s²")
     if units() == "si":
         return si_unit, 1.0
-    table = {from_si: (unit, scale) for _, from_si, unit, scale in _UNITS}
+    table = {entry.unit: (entry.shown, entry.scale) for entry in UNIT_ENDINGS if entry.shown}
     return table.get(si_unit) or _COMPOUND_UNITS.get(si_unit) or (si_unit, 1.0)
 
 

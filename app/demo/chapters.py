@@ -153,14 +153,18 @@ CHANGED = VirtualCampaign("slow-valve", runs=12, repetitions=2, seed=2, effects=
 def diagnose_gap(store: Store, url: str, step: Step) -> GapDiagnosis:
     """The diagnosis of the campaign with the effect; the one that the store keeps, where it has
     one."""
-    from ..operations.diagnose.service import diagnose_campaign, kept_diagnosis
-    from ..operations.diagnose.stored import list_diagnoses
+    from ..operations.diagnose.make import DIAGNOSE
+    from ..operations.diagnose.request import DiagnosisRequest
+    from ..operations.diagnose.service import GapDiagnosis
+    from ..operations.diagnose.stored import kept_verdict, list_diagnoses
+    from ..operations.laboratory import Laboratory
 
     with store.reading() as session:
         kept = [row["id"] for row in list_diagnoses(session, CHANGED.name) if row["complete"]]
-    if kept:
-        return kept_diagnosis(store, kept[0])
-    return diagnose_campaign(store, url, CHANGED.name, step)
+        if kept:
+            return GapDiagnosis(kept_verdict(session, kept[0]), kept[0])
+    request = DiagnosisRequest(campaign=CHANGED.name)
+    return DIAGNOSE.answer(request, Laboratory(store, url), step)
 
 
 def diagnosis_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
@@ -187,7 +191,6 @@ def diagnosis_figure(diagnosis: GapDiagnosis) -> PlotGrid:
 def _path_plot(diagnosis: GapDiagnosis) -> Plot:
     from ..operations.diagnose.report_charts import path_rows
 
-    roles = {"bar-error": ColourRole.BEFORE, "bar-gone": ColourRole.AFTER}
     rows = path_rows(diagnosis.verdict)
     bars = tuple(
         BarSeries(
@@ -197,7 +200,7 @@ def _path_plot(diagnosis: GapDiagnosis) -> Plot:
             horizontal=True,
             labels=(row.value,),
             detail=row.name,
-            role=roles.get(row.kind, ColourRole.NOISE),
+            role=row.role,
         )
         for place, row in enumerate(rows)
     )

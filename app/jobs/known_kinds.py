@@ -45,6 +45,5 @@ KINDS = KindTable(
         "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
         "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
         "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
-        "diagnose": (".app.jobs.job_kinds.diagnose", "DIAGNOSE"),
     }
 )

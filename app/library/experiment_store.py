@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +14,20 @@ from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
 from ..doors.python import PythonMethod, answer_of
+from ..operations.diagnose.adopt import ADOPT
+from ..operations.diagnose.blind_check import BLIND_CHECK, BlindCheckRequest
+from ..operations.diagnose.delete import DELETE_DIAGNOSIS
+from ..operations.diagnose.make import DIAGNOSE
+from ..operations.diagnose.request import DiagnosisRequest
+from ..operations.diagnose.show import SHOW_DIAGNOSIS
 from ..operations.faults import read
 from ..operations.laboratory import Laboratory
+from ..operations.operation import Answer, Operation
 from ..operations.validate.request import ValidationRequest
 from ..operations.validate.validating import VALIDATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     import pandas as pd
 
@@ -35,6 +43,7 @@ if TYPE_CHECKING:
         PromotionDecision,
         TrainingRuns,
     )
+    from ..operations.validate.service import TwinValidation
     from .laboratory_twin import LaboratoryTwin
     from .plans import PlanCollection
 
@@ -349,65 +358,35 @@ class ExperimentStore:
         )
 
     #: Each measured shot of a campaign beside a prediction of the twin that had not seen it.
-    validate = PythonMethod(ValidationRequest, VALIDATE)
+    validate: PythonMethod[TwinValidation] = PythonMethod(ValidationRequest, VALIDATE)
 
-    @raises_library_errors
-    def diagnose(
-        self,
-        campaign: str | os.PathLike[str],
-        *,
-        simulator: str | None = None,
-        with_effects: Sequence[str] = (),
-        without_effects: Sequence[str] = (),
-        tolerances: Mapping[str, float] | None = None,
-        uncertain: Mapping[str, float] | None = None,
-        modes: str | os.PathLike[str] | None = None,
-        bench: str | os.PathLike[str] | None = None,
-        adopt: str | None = None,
-        seed: int = 0,
-        progress: bool = True,
-    ) -> GapDiagnosis:
-        """Where the gap between measurement and twin lies, which effect causes it, and how far it
-        shrinks with it.
+    #: Where the gap between measurement and twin lies, which effect causes it, and how far it
+    #: shrinks with it. A campaign of the store keeps its diagnosis.
+    if TYPE_CHECKING:
 
-        A campaign of the store keeps its diagnosis; a folder is read into nothing that stays.
-        `tolerances` by stage are shares for gun and contact and dB for the plate; `uncertain` are
-        standard deviations of nominal numbers in SI. `adopt` is an effect ("gun.valve_flow") that
-        predictions use from now on, or "none".
-        """
-        from ..operations.diagnose.service import diagnose_campaign
+        def diagnose(
+            self, campaign: str | os.PathLike[str], *, progress: bool = True, **options: Any
+        ) -> GapDiagnosis: ...
+    else:
+        diagnose = PythonMethod(DiagnosisRequest, DIAGNOSE)
 
-        with step_bar("diagnose", "steps", progress) as step:
-            return diagnose_campaign(
-                self.store,
-                self.url,
-                str(campaign),
-                step,
-                adopt=adopt,
-                simulator=simulator,
-                with_effects=_names(with_effects),
-                without_effects=_names(without_effects),
-                tolerances=tolerances or {},
-                uncertain=uncertain or {},
-                modes=None if modes is None else Path(modes),
-                bench=None if bench is None else Path(bench),
-                seed=seed,
-            )
+    #: The diagnosis scored on virtual campaigns whose cause is withheld from it.
+    blind_check = PythonMethod(BlindCheckRequest, BLIND_CHECK)
 
     @raises_library_errors
     def diagnoses(self, *, campaign: str | None = None) -> pd.DataFrame:
         """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an
         effect was adopted."""
-        from ..operations.diagnose.service import kept_diagnoses
+        from ..operations.diagnose.stored import list_diagnoses
 
-        return kept_diagnoses(self.store, campaign)
+        with self.store.reading() as session:
+            rows = list_diagnoses(session, campaign, limit=None)
+            return frame_of(rows, ("id", "diagnosed_at", "campaign", "first"))
 
     @raises_library_errors
     def diagnosis(self, number: int) -> GapDiagnosis:
         """A diagnosis that the store keeps, by its `id` in `diagnoses()`."""
-        from ..operations.diagnose.service import kept_diagnosis
-
-        return kept_diagnosis(self.store, number)
+        return self._ask(SHOW_DIAGNOSIS, diagnosis=number).complete
 
     @raises_library_errors
     def adopt(self, diagnosis: GapDiagnosis, *, effect: str | None = None) -> GapDiagnosis:
@@ -415,11 +394,26 @@ class ExperimentStore:
         "none" for no longer.
 
         Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's
-        twin.
+        twin. Raises `InvalidValueError` for a diagnosis of a folder, which the store does not keep.
         """
-        from ..operations.diagnose.service import adopt_effect
+        if diagnosis.number is None:
+            raise ValueError(
+                f"the diagnosis of {diagnosis.verdict.campaign} is of a folder; ingest it, and "
+                "diagnose the campaign"
+            )
+        adopted = self._ask(ADOPT, diagnosis=diagnosis.number, effect=effect)
+        return replace(diagnosis, version=adopted.version)
 
-        return adopt_effect(self.store, diagnosis, effect)
+    @raises_library_errors
+    def delete_diagnosis(self, number: int) -> None:
+        """Delete a diagnosis. Raises `InvalidValueError` for one from which an effect was
+        adopted."""
+        self._ask(DELETE_DIAGNOSIS, diagnosis=number)
+
+    def _ask(self, operation: Operation[Any, Answer], **given: Any) -> Answer:
+        request = read(operation.request, given, "python")
+        laboratory = Laboratory(self.store, self.url)
+        return operation.answer(request, laboratory, lambda _done, _total, _what: None)
 
     # --- the store itself
 

@@ -14,6 +14,7 @@ from ...schema.session import Store
 from ..common.errors import raises_library_errors
 from ..common.frames import frame_of
 from ..doors.python import PythonMethod
+from ..operations.diagnose.plan_next_runs import DISCRIMINATE, NextRunsRequest
 from ..operations.plan.make import PLAN, REQUESTS
 from ..operations.plan.service import PlannedDesign
 
@@ -66,6 +67,9 @@ class PlanCollection:
             given = Path(table)
         make: Callable[..., PlannedDesign] = _METHODS["import"].__get__(self)
         return make(name, given, **settings)
+
+    #: The runs that tell apart the causes which a diagnosis could not tell apart.
+    discriminate = PythonMethod(NextRunsRequest, DISCRIMINATE)
 
     if TYPE_CHECKING:
 

@@ -44,6 +44,13 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
         "dataset delete",
         "datasets delete",
     ),
+    "diagnose": ("diagnose.make", "DIAGNOSE", "diagnose"),
+    "plan-next-runs": ("diagnose.plan_next_runs", "DISCRIMINATE", "plan discriminate"),
+    "adopt": ("diagnose.adopt", "ADOPT", "diagnoses adopt"),
+    "list-diagnoses": ("diagnose.show", "LIST_DIAGNOSES", "diagnoses list"),
+    "show-diagnosis": ("diagnose.show", "SHOW_DIAGNOSIS", "diagnoses show"),
+    "delete-diagnosis": ("diagnose.delete", "DELETE_DIAGNOSIS", "diagnoses delete"),
+    "blind-check": ("diagnose.blind_check", "BLIND_CHECK", "blind-check"),
 }
 
 

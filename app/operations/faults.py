@@ -61,6 +61,14 @@ def about_field(name: str) -> Iterator[None]:
         raise
 
 
+class UnknownValueError(LookupError):
+    """A value of one field names something that there is not. `field`: the name of its control."""
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(message)
+        self.field = field
+
+
 class RequestError(ValueError):
     """A request that cannot be used; `faults` tell each field."""
 

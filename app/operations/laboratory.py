@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...parallel.executor import ExecutorConfig
-from ...schema.session import Store
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..common.number_format import error_percent, percent
+from ..common.number_format import error_percent, number, percent, percent_range, times
 from ..common.quantities import cell, display_of
 
 #: From this probability of chance on, a difference is not called one.
@@ -25,27 +25,51 @@ class Number:
 
     `kind` "share" is a probability or a part of a whole, shown in whole per cent; "part" an error
     as a part of its value, with a decimal; "error" a relative error, in per cent with three digits;
-    "count" a whole number.
+    "count" a whole number, "ratio" how many times, "size" a number without a unit.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "part", "error", "count"] = "quantity"
+    kind: Literal["quantity", "share", "part", "error", "count", "ratio", "size"] = "quantity"
 
     @property
     def cell(self) -> str:
         """As a cell of a table holds it, without unit."""
-        if self.kind == "share":
-            return percent(self.value)
-        if self.kind == "part":
-            return f"{100 * self.value:.1f} %"
-        if self.kind == "error":
-            return error_percent(self.value)
-        return str(int(self.value)) if self.kind == "count" else cell(self.key, float(self.value))
+        match self.kind:
+            case "share":
+                return percent(self.value)
+            case "part":
+                return f"{100 * self.value:.1f} %"
+            case "error":
+                return error_percent(self.value)
+            case "ratio":
+                return times(self.value)
+            case "size":
+                return number(self.value)
+            case "count":
+                return str(int(self.value))
+        return cell(self.key, float(self.value))
 
     def __str__(self) -> str:
         unit = display_of(self.key).unit if self.kind == "quantity" else ""
         return f"{self.cell} {unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The interval of a share, in a column of its own."""
+
+    key: str
+    low: float
+    high: float
+
+    @property
+    def cell(self) -> str:
+        """As a cell of a table holds it."""
+        return percent_range(self.low, self.high)
+
+    def __str__(self) -> str:
+        return self.cell
 
 
 @dataclass(frozen=True)
@@ -149,7 +173,7 @@ class Sentence:
     """
 
     text: str
-    numbers: Sequence[Number] = ()
+    numbers: Sequence[Number | Interval] = ()
     rule: Rule | None = None
     evidence: Mapping[str, Any] = field(default_factory=dict)
 
@@ -168,10 +192,10 @@ def sentence(
     rule: Rule | None = None,
     evidence: Mapping[str, Any] | None = None,
     /,
-    **shown: Number | str,
+    **shown: Number | Interval | str,
 ) -> Sentence:
     """A sentence of `template.format(**shown)`, which rests on the numbers that it shows."""
-    numbers = tuple(value for value in shown.values() if isinstance(value, Number))
+    numbers = tuple(value for value in shown.values() if isinstance(value, Number | Interval))
     return Sentence(template.format(**shown), numbers, rule, evidence or {})
 
 

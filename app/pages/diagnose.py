@@ -4,24 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Form, Query
-from pydantic import Field
+from fastapi import APIRouter, Query
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
 from ...schema.diagnoses import Diagnosis
-from ..doors.api.diagnose import diagnose_job
-from ..operations.diagnose.discriminating_plan import plan_name, store_experiment_of
-from ..operations.diagnose.form import (
-    FIELDS,
-    STAGES,
-    UnknownValueError,
-    arguments_of,
-    check_simulator,
-)
+from ..doors.form_route import SentTexts
+from ..operations.diagnose.discriminating_plan import plan_name
+from ..operations.diagnose.make import DIAGNOSE
 from ..operations.diagnose.page_parts import DiagnosisParts, list_row, parts_of
-from ..operations.diagnose.request import DiagnoseArguments
 from ..operations.diagnose.stored import (
     kept_options,
     kept_report,
@@ -29,15 +21,18 @@ from ..operations.diagnose.stored import (
     kept_verdict,
     list_diagnoses,
 )
-from ..operations.faults import FieldError
-from ..twins.adopted_effects import adopt
-from ..web.dependencies import Configured, Key, OpenStore, Running, Text
-from ..web.jobs import followed
-from ..web.rendering import page, part, query
+from ..operations.faults import FieldError, read
+from ..operations.form import controls
+from ..operations.laboratory import Laboratory
+from ..web.dependencies import Configured, Key, OpenStore, Running
+from ..web.jobs import ask_operation, followed
+from ..web.rendering import page, query
 
 router = APIRouter()
-EffectId = Annotated[Text, Field(max_length=200)]
 PAGE = 25
+#: Of the form: what the campaign is asked for by itself, and what stands below "Tolerances".
+_FIELDS = ("campaign", "simulator")
+_DETAILS = ("tolerances", "uncertain", "seed", "modes", "bench")
 
 
 @router.get("/diagnoses")
@@ -61,42 +56,14 @@ def diagnoses(
         campaigns=campaigns,
         campaign=campaign,
         unknown=unknown,
-        stages=STAGES,
-        given={name: request.query_params.get(name, "") for name in FIELDS},
+        controls=controls(
+            DIAGNOSE, request.query_params, names=_FIELDS, suggestions={"campaign": campaigns}
+        ),
+        opened=any(request.query_params.get(name) for name in _DETAILS),
+        details=controls(DIAGNOSE, request.query_params, names=_DETAILS),
         following=following,
         beginning=query({"campaign": campaign}) or "/diagnoses" if after else "",
     )
-
-
-@router.post("/diagnoses")
-def diagnose(
-    store: OpenStore,
-    jobs: Running,
-    settings: Configured,
-    campaign: Annotated[str, Form(max_length=1000)],
-    simulator: Annotated[str, Form(max_length=300)] = "",
-    gun: Annotated[str, Form()] = "",
-    contact: Annotated[str, Form()] = "",
-    plate: Annotated[str, Form()] = "",
-    uncertain: Annotated[str, Form(max_length=2000)] = "",
-    seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
-    # A form's default, which nobody changes.
-    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006
-    without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
-) -> Response:
-    form = {
-        "simulator": simulator,
-        "gun": gun,
-        "contact": contact,
-        "plate": plate,
-        "uncertain": uncertain,
-    }
-    arguments = arguments_of(campaign, form, seed, only, without)
-    check_simulator(settings.db, arguments.simulator)
-    try:
-        return followed(diagnose_job(jobs, store, arguments))
-    except LookupError as error:
-        raise UnknownValueError("with" if only or without else "campaign", str(error)) from error
 
 
 @router.post("/diagnoses/{diagnosis}/what-if")
@@ -104,24 +71,23 @@ def what_if(
     diagnosis: Key,
     store: OpenStore,
     jobs: Running,
-    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006
-    without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
+    settings: Configured,
+    texts: SentTexts,
 ) -> Response:
     """Diagnose the same campaign with the same options, but with the ticked effects alone, or
     without them."""
     with store.reading() as session:
         campaign = kept_report(session, diagnosis)["campaign"]
         options = kept_options(session, diagnosis)
-    if (set(only), set(without)) == tuple(
-        set(options.get(f"{name}_effects", ())) for name in ("with", "without")
-    ):
+    ticked = {name: texts.get(name, "") for name in ("with_effects", "without_effects")}
+    again = read(DIAGNOSE.request, {**options, "campaign": campaign, **ticked}, "network")
+    if all(set(getattr(again, name)) == set(options.get(name, ())) for name in ticked):
         raise FieldError(
-            "with", "This page shows the diagnosis with these effects. Tick other effects first."
+            "with_effects",
+            "This page shows the diagnosis with these effects. Tick other effects first.",
         )
-    arguments = DiagnoseArguments(
-        **{**options, "target": campaign, "with_effects": only, "without_effects": without}
-    )
-    return followed(diagnose_job(jobs, store, arguments))
+    laboratory = Laboratory(store, settings.db, folders=settings.folders)
+    return followed(ask_operation(DIAGNOSE, again, laboratory, jobs))
 
 
 @router.get("/diagnoses/{diagnosis}")
@@ -143,28 +109,7 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         report=report,
         facts=facts,
         drawn=drawn,
-        ticked={name: options.get(f"{name}_effects", ()) for name in ("with", "without")},
+        ticked={name: options.get(name, ()) for name in ("with_effects", "without_effects")},
         older=older,
         plan_name=plan_name(report["campaign"]),
     )
-
-
-@router.post("/diagnoses/{diagnosis}/plan")
-def plan(
-    diagnosis: Key, store: OpenStore, name: Annotated[str, Form(max_length=200)] = ""
-) -> Response:
-    try:
-        stored, _ = store_experiment_of(store, diagnosis, name.strip())
-    except ValueError as error:
-        raise FieldError("name", str(error)) from error
-    return RedirectResponse(f"/plans/{part(stored.name)}", 303)
-
-
-@router.post("/diagnoses/{diagnosis}/adopt")
-def adopted(
-    diagnosis: Key, store: OpenStore, effect: Annotated[str, Form(max_length=200)]
-) -> Response:
-    with store.reading() as session:
-        verdict = kept_verdict(session, diagnosis)
-    adopt(store, verdict, effect, diagnosis)
-    return RedirectResponse(f"/diagnoses?campaign={part(verdict.campaign)}", 303)

@@ -67,7 +67,7 @@ _ = runs.plot()
 
 # %%
 comparison = store.compare("hybrid@1", "tree@1", split="configurations")
-for sentence in comparison.sentences:
+for sentence in comparison.sentences():
     print(sentence)
 
 # %%

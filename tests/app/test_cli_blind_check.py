@@ -73,7 +73,7 @@ def test_what_cannot_be_checked_is_one_line(asked: list[dict[str, Any]], tmp_pat
             ("--cases", "2", "--seed", "1", "--tier", "easy"),
             "--tier is 'easy'; expected one of weak, middle, strong",
         ),
-        ((), "--cases is missing"),
+        ((), "cases is missing"),
         (("--pool", tmp_path), "finish this check with blind-check --folder first"),
     ):
         result = pyroshock("blind-check", *words)

@@ -35,7 +35,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[DiagnosisRequest]:
         store: object, db: str, asked: DiagnosisRequest, progress: object = None
     ) -> Verdict:
         found.append(asked)
-        return verdicts.verdict(campaign=Path(asked.target).name)
+        return verdicts.verdict(campaign=Path(asked.campaign).name)
 
     monkeypatch.setattr(diagnosing, "run_diagnosis", made_up)
     return found
@@ -61,14 +61,14 @@ def test_report_is_json_a_page_or_words(
     assert "<h1>spring</h1>" in page and "The model error is 4.1 times the tolerance" in page
     told = done("spring", "--db", lab).stdout
     assert told.startswith(
-        "spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; "
+        "The model error is 4.1 times the tolerance and 4.6 times the measurement noise; "
     )
     assert headings(told) == [
-        "What to do next", "Causes", "Where the error lies",
+        "What to do next", "Size of the model error", "Causes", "Where the error lies",
         "On configurations that the fit has not seen",
-        "The next experiment", "Assumptions",
+        "The next experiment", "Runs of the next experiment", "Assumptions",
     ]  # fmt: skip
-    assert "93 %  contact.layer_compliance (80 %) or" in told
+    assert "93 %         contact.layer_compliance (80 %) or" in told
 
 
 def headings(told: str) -> list[str]:
@@ -80,9 +80,11 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(
 ) -> None:
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun())
     told = done("spring", "--db", lab).stdout
-    assert [line.split("  ")[0] for line in headings(told)[:3]] == [
+    assert [line.split("  ")[0] for line in headings(told)[:5]] == [
         "What to do next",
+        "Size of the model error",
         "Effects (share of the squared error)",
+        "Sets of effects of which at least one acts",
         "Path of the model error on configurations that the fit has not seen",
     ]
     rows = [" ".join(line.split()) for line in told.splitlines()]
@@ -104,9 +106,7 @@ def test_words_follow_the_verdict_and_not_finite_numbers_are_null(
     monkeypatch.setattr(
         diagnosing, "run_diagnosis", lambda *_, **__: verdicts.gun(assumptions=(sentence,))
     )
-    assert done("spring", "--db", lab).stdout.startswith(
-        f"spring: {sentence} The model error is 42 times"
-    )
+    assert done("spring", "--db", lab).stdout.startswith(f"{sentence}\nThe model error is 42 times")
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: verdicts.verdict(gap=gap))
     assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
@@ -245,7 +245,7 @@ def test_effects_of_a_set_are_adopted_together_and_joined_by_words(monkeypatch, 
     result = done("spring", "--db", lab, *words)
     joined = "gun.valve_flow, gun.back_pressure and gun.blow_by"
     assert (
-        f"     93 %  {joined}: " in result.stdout
+        f"93 %         {joined} " in result.stdout
         and "gun.valve_flow and gun.back_pressure" in result.stdout
     )
     assert re.search(
@@ -296,7 +296,7 @@ def test_plate_that_a_user_brings_is_taken(tmp_path: Path) -> None:
         "mode,frequency_hz,damping_ratio,shape_impact,shape_a\n1,400,0.01,0.3,0.4\n",
         encoding="utf-8",
     )
-    record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(folder), modes=modes))
+    record = record_of(None, "sqlite:///none.db", DiagnosisRequest(campaign=folder, modes=modes))
     assert record.plate is not None and record.plate.frequency_hz.tolist() == [400.0]
 
 
@@ -311,7 +311,7 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
     record = record_of(
         None,
         "sqlite:///none.db",
-        DiagnosisRequest(str(gun_campaign(tmp_path / "folder")), bench=bench),
+        DiagnosisRequest(campaign=gun_campaign(tmp_path / "folder"), bench=bench),
     )
     assert record.plate == ({"left": (0.3, 0.3)}, "steel") and not record.plate_points_known
 
@@ -352,7 +352,9 @@ def test_plate_is_solved_from_the_campaign_s_own_outline(
         return row if struck is None else {**row, "plate_material": struck}
 
     record = record_of(
-        None, "sqlite:///none.db", DiagnosisRequest(str(drawn_campaign(tmp_path / "folder", of)))
+        None,
+        "sqlite:///none.db",
+        DiagnosisRequest(campaign=drawn_campaign(tmp_path / "folder", of)),
     )
     assert record.plate == ((0.5, 0.4), 0.012, solved) and not record.plate_points_known
     assert record.plate_model_material == solved
@@ -365,7 +367,7 @@ def test_plate_s_own_modal_table_is_not_solved(
     record = record_of(
         None,
         "sqlite:///none.db",
-        DiagnosisRequest(str(plate_campaign(tmp_path / "folder", hits=1).folder)),
+        DiagnosisRequest(campaign=plate_campaign(tmp_path / "folder", hits=1).folder),
     )
     assert (
         record.plate is not None

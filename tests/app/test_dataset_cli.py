@@ -136,7 +136,7 @@ def test_export_is_exact(url, tmp_path, suffix):
     (("build", "d", "--from", "spring", "--predictors", "gun"), "kind 'gun', not spring: hammer"),
     (("build", "d", "--from", "spring", "--predictors", "absent.toml"), "absent.toml"),
     (("build", "d", "--from", "spring", "--extraction", "beef"), "no extractions 'beef'"),
-    (("build", " ", "--from", "spring"), "expected one line"),
+    (("build", " ", "--from", "spring"), "name is ' '; expected a text"),
     (("show", "x"), "no dataset 'x' in the store; there: none yet"),
     (("trace", "x", "abcd"), "no dataset 'x'"),
     (("export", "x", "--out", "x.csv"), "no dataset 'x'"),

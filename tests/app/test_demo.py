@@ -11,8 +11,8 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.model_registry import MissingExtraError
 from pyroshock.app.demo import chapters, virtual_campaign
+from pyroshock.app.demo import command as cli
 from pyroshock.app.doors.command_line.main import main
-from pyroshock.app.doors.commands import demo as cli
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import percent
-from pyroshock.app.operations.diagnose.summary import summary
+from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.effect_sets import _settled_by, least_distance
 from pyroshock.diagnosis.gap import GapTable

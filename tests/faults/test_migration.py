@@ -142,7 +142,8 @@ COMMAND_LINES = (
     "train spring", "compare",
     "promote hybrid 1", "validate spring",
     "predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel",
-    "tune --target target.csv", "diagnose spring", "report spring --out report.html",
+    "tune --target target.csv", "diagnose spring", "diagnoses adopt 1",
+    "report spring --out report.html",
     "serve --port 0", "work --once",
     "jobs", "export impacts --out impacts.csv", "materials", "db check",
     # The rest of a group whose first command is above.

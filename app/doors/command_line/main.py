@@ -176,7 +176,7 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "plugins",
             "List the readers, effects and models that other packages add.",
         ),
-        "demo": (".app.doors.commands.demo", "demo", "Show the product in five chapters."),
+        "demo": (".app.demo.command", "demo", "Show the product in five chapters."),
     },
 }
 #: Command -> (module, object, help).

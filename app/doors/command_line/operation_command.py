@@ -275,6 +275,8 @@ def _perform(
             raise click.exceptions.Exit(1) from error
         if listing is not None and isinstance(result, Rows):
             listing.show(map(dict, result.rows), result.empty, result.shortened)
+            for line in result.notes() if listing.json_to is None else ():
+                note(line)
         else:
             _tell(result, files, json_to)
     if words := result.next_command():

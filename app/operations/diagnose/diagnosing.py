@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import asdict, replace
+from contextlib import ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,17 +14,16 @@ from sqlalchemy import select
 from ....schema.conditions import get_campaign_id, has_campaign, list_campaign_names
 from ....schema.diagnoses import Diagnosis
 from ....twin.effects import catalogue
+from ..operation import Progress
 from .request import (
     IN_USE,
     MODELS,
     DiagnosisRequest,
-    Progress,
     considered_effects,
-    full_name,
     restriction_sentences,
     restrictions_among,
 )
-from .stored import list_diagnoses, verdict_to_json
+from .stored import verdict_to_json
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -53,18 +52,18 @@ def record_of(store: Store | None, db: str, request: DiagnosisRequest) -> Campai
     """
     from ....diagnosis.reading import read_campaign, read_folder
 
-    if store is not None and is_stored(store, request.target):
+    if store is not None and is_stored(store, request.campaign):
         with store.reading() as session:
-            record = read_campaign(session, request.target)
-    elif Path(request.target).is_dir():
-        record = read_folder(Path(request.target))
+            record = read_campaign(session, request.campaign)
+    elif Path(request.campaign).is_dir():
+        record = read_folder(Path(request.campaign))
     else:
         names = (
             ", ".join(sorted(store.read(list_campaign_names)) if store is not None else ())
             or "none"
         )
         raise LookupError(
-            f"no campaign and no folder {request.target!r}; campaigns: "
+            f"no campaign and no folder {request.campaign!r}; campaigns: "
             f"{names} (pyroshock ingest FOLDER)"
         )
     if request.modes is not None or request.bench is not None:
@@ -76,10 +75,12 @@ def _with_own_plate(record: CampaignRecord, db: str, request: DiagnosisRequest) 
     """With the modal table, or the solved drawing, that the user brings."""
     from ...twins.benches import bench_of_file, shipped_bench, with_modes
 
-    bench = (
-        shipped_bench() if request.bench is None else bench_of_file(request.bench, shipped_bench())
-    )
-    bench = bench if request.modes is None else with_modes(bench, request.modes)
+    bench = shipped_bench()
+    with ExitStack() as files:
+        if request.bench is not None:
+            bench = bench_of_file(files.enter_context(request.bench.as_path()), bench)
+        if request.modes is not None:
+            bench = with_modes(bench, files.enter_context(request.modes.as_path()))
     if bench.modes is not None:
         return replace(record, plate=bench.modes)
     from ...twins.building import MAX_MODE_HZ, plates_folder, solved
@@ -141,13 +142,8 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 
     Raises `LookupError`, `ValueError` for what there is not.
     """
-    if text in (None, "nominal"):
+    if text is None or text == "nominal":
         return None
-    assert text is not None
-    if not text.startswith(MODELS) and "@" not in text:
-        raise ValueError(
-            f"--simulator is {text!r}; expected nominal, or MODEL@VERSION of a registered model"
-        )
     from ...twins.building import registered_contact
 
     name = text.removeprefix(MODELS)
@@ -171,7 +167,7 @@ def run_diagnosis(
     options = Options(
         seed=request.seed,
         tolerances=request.tolerances,
-        uncertain={full_name(name): deviation for name, deviation in request.uncertain.items()},
+        uncertain=request.uncertain,
         contact=simulator_of(store, db, record.kind, request.simulator),
     )
     verdict = diagnose(
@@ -199,15 +195,13 @@ def _restricted(record: CampaignRecord, options: Options, request: DiagnosisRequ
 def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None) -> int:
     """Store a diagnosis with its campaign, and what its page draws; its key.
 
-    What was `request` is kept beside it, so that a what-if diagnosis asks the same; paths of this
-    machine are not.
+    What was `request` is kept beside it, so that a what-if diagnosis asks the same; files are not.
     """
     report, details = verdict_to_json(verdict)
     if request is not None:
-        of_this_machine = ("target", "modes", "bench")
-        details["options"] = {
-            name: value for name, value in asdict(request).items() if name not in of_this_machine
-        }
+        details["options"] = request.model_dump(
+            mode="json", exclude={"campaign", "adopt", "modes", "bench"}
+        )
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -227,13 +221,6 @@ def keep(store: Store, verdict: Verdict, request: DiagnosisRequest | None = None
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
     return verdict_to_json(verdict)[0]
-
-
-def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
-    """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
-    left_out = ("campaign", "complete")
-    for row in list_diagnoses(session, campaign, limit=None):
-        yield {key: value for key, value in row.items() if key not in left_out}
 
 
 def last_report(session: Session, campaign: str) -> dict[str, Any] | None:

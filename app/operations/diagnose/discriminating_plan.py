@@ -26,7 +26,6 @@ from ....schema.impacts import Impact, Shot
 from ....schema.known_factors import BY_COLUMN, BY_NAME
 from ....schema.listings import get_campaign_id
 from ....twin.gun.nominal import muzzle_velocity
-from .stored import kept_report
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -80,15 +79,6 @@ def store_experiment(
 def plan_name(campaign: str) -> str:
     """What the plan is called where nobody names it."""
     return f"{campaign}-{METHOD}"
-
-
-def store_experiment_of(
-    store: Store, diagnosis: int, name: str | None
-) -> tuple[StoredPlan, tuple[str, ...]]:
-    """As `store_experiment`, of a kept diagnosis. Raises `LookupError` for an unknown one."""
-    report = store.read(lambda session: kept_report(session, diagnosis))
-    campaign = report["campaign"]
-    return store_experiment(store, campaign, report["next_runs"], name or plan_name(campaign))
 
 
 def no_setting(campaign: str) -> str:

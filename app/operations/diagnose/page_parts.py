@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from ...common.number_format import join_words, percent, percent_range
 from ...twins.adopted_effects import adoptable_names, effects_of_stages
 from .request import restrictions_among
-from .summary import is_agreement, summary
-from .wording import effect_subject, own_error, set_name, spell_sets
+from .statements import is_agreement, own_error, summary
+from .wording import effect_subject, set_name, spell_sets
 
 if TYPE_CHECKING:
     from ....diagnosis.verdict import Verdict
@@ -52,7 +52,7 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
             share = shares[stage]
             note = (
                 f"90 % interval {percent_range(*share.ci90)}; error "
-                f"{own_error(share)} times the tolerance"
+                f"{own_error(share.own, share.own_ci90)} times the tolerance"
             )
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:

@@ -1,5 +1,4 @@
-"""What to do next after a diagnosis, in full sentences: adopt, fire, measure, repeat. Functions of
-a verdict alone."""
+"""What to do next after a diagnosis: adopt, fire, measure, repeat. Sentences of a verdict alone."""
 
 from __future__ import annotations
 
@@ -8,30 +7,31 @@ import shlex
 from collections.abc import Iterable, Iterator
 
 from ....diagnosis.parameter_limits import exceeded_limit
-from ....diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
+from ....diagnosis.verdict import LEAST_FRACTION, NONE, UNKNOWN, Fitted, NextRun, Verdict
 from ....twin.effects import catalogue
-from ...common.number_format import join_words, number, percent
-from ...common.quantities import display_of
-from ...twins.adopted_effects import offered
-from .summary import (
+from ...common.number_format import format_interval, join_words, number
+from ...common.quantities import display_of, shown_unit
+from ...twins.adopted_effects import Adoption, offered
+from ..sentence import EXCEEDS, NOT_ENOUGH, REACHES, Number, Rule, Sentence
+from .statements import (
+    ALIKE,
+    FIRST,
     MOST,
     NEAREST,
-    WORTH_SAYING,
-    held_out_fraction,
     is_agreement,
     is_unknown,
     nearest_effects,
-    set_subject,
-    stage_name,
 )
 from .wording import (
     effect_check,
     effect_subject,
-    miss_sentence,
     owned_parameters,
+    parameter_label,
     set_name,
+    set_subject,
     single_effects,
     span_label,
+    stage_name,
     with_labels,
 )
 
@@ -61,53 +61,103 @@ _STAGE_EXPERIMENTS = {
 _STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
 
 
-def recommendations(verdict: Verdict) -> tuple[str, ...]:
+#: A fit that parts can have is there to be adopted.
+OFFERED = Rule(
+    "offered", "a fit has parameters that the parts can have", lambda fit: fit is not None
+)
+_NOT_OFFERED = Rule("not offered", "no fit has parameters that the parts can have",
+                    lambda fit: fit is None)  # fmt: skip
+#: A fitted parameter that is no value of its part.
+_MISS = Rule(
+    "miss", "the value lies at the end of its range or beyond", lambda limit: limit is not None
+)
+
+
+def next_steps(verdict: Verdict) -> tuple[Sentence, ...]:
     """Two to five sentences: what to do next, the most useful first."""
     if is_agreement(verdict):
+        others = [cause.probability for cause in verdict.causes[1:]]
+        evidence = {"probability": verdict.first.probability, "others": others}
         return (
-            "Nothing has to be changed: the nominal model can be used for this campaign.",
-            "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or "
-            "with more repetitions of each configuration.",
+            Sentence(
+                "Nothing has to be changed: the nominal model can be used for this campaign.",
+                (),
+                FIRST,
+                evidence,
+            ),
+            Sentence(
+                "To look for a smaller error, diagnose again with a smaller tolerance "
+                "(--tolerance) or with more repetitions of each configuration."
+            ),
         )
+    steps: list[Sentence | None]
     if is_unknown(verdict):
         steps = [_nearest_sentence(verdict), rest_sentence(verdict), *next_experiment(verdict)]
     else:
         rest = verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST
         steps = [_adoption(verdict), _separation(verdict), *_limits(verdict)]
-        steps += [rest_sentence(verdict) if rest else "", _confirmation(verdict)]
+        steps += [rest_sentence(verdict) if rest else None, _confirmation(verdict)]
     if any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
         steps.append(
-            "Repeat three configurations three times: nothing was repeated, so the measurement "
-            "noise is an assumption and the probabilities are not calibrated."
+            Sentence(
+                "Repeat three configurations three times: nothing was repeated, so the "
+                "measurement noise is an assumption and the probabilities are not calibrated."
+            )
         )
-    return tuple(filter(None, steps))[:_MOST_STEPS]
+    return tuple(step for step in steps if step is not None)[:_MOST_STEPS]
 
 
-def _adoption(verdict: Verdict) -> str:
+def gone_with(verdict: Verdict, best: Adoption) -> float | None:
+    """The part of the reducible error that disappears on configurations that the fit has not seen
+    with what can be adopted; None: not measured."""
+    return verdict.held_out_fraction if best.after is None else _fraction(verdict, best.after)
+
+
+def _adoption(verdict: Verdict) -> Sentence:
     best = offered(verdict)
     names = join_words([set_name(own.effects) for own in verdict.cause_sets]) or set_subject(
         verdict.first.effects[0]
     )
     if best is None:
-        return f"Do not adopt {names}: no fit of them has parameters that the parts can have."
-    fraction = held_out_fraction(verdict) if best.after is None else _fraction(verdict, best.after)
-    if fraction is None:
-        return (
-            f"How far the error shrinks with {names} was not measured: do not "
-            f"adopt it on this alone."
+        return Sentence(
+            f"Do not adopt {names}: no fit of them has parameters that the parts can have.",
+            (),
+            _NOT_OFFERED,
+            {"fit": best},
         )
-    if fraction < _WORTH_ADOPTING:
-        return (
-            f"Do not adopt {names} yet: only {percent(max(fraction, 0.0))} of the error disappears "
-            "on configurations that the fit has not seen."
+    fraction = gone_with(verdict, best)
+    if fraction is None:
+        return Sentence(
+            f"How far the error shrinks with {names} was not measured: do not adopt it on this "
+            "alone.",
+            (),
+            NOT_ENOUGH,
+            {"count": 0, "needed": 1},
+        )
+    if not fraction >= _WORTH_ADOPTING:
+        gone = Number("gone", max(fraction, 0.0), "share")
+        return Sentence(
+            f"Do not adopt {names} yet: only {gone} of the error disappears on configurations that "
+            "the fit has not seen.",
+            (gone,),
+            EXCEEDS,
+            {"value": _WORTH_ADOPTING, "limit": fraction},
         )
     command = (
         f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {best.name.replace('+', ',')}"
     )
+    return Sentence(
+        f"{_adopted_words(verdict, best)}: {command}.",
+        (),
+        REACHES,
+        {"value": fraction, "limit": _WORTH_ADOPTING},
+    )
+
+
+def _adopted_words(verdict: Verdict, best: Adoption) -> str:
     if best.is_averaged:
         return (
-            f"Adopt the mean of what these sets of effects predict, so that "
-            f"predictions include it: {command}."
+            "Adopt the mean of what these sets of effects predict, so that predictions include it"
         )
     members = {effect.id for effect in best.effects}
     omitted = [
@@ -117,17 +167,15 @@ def _adoption(verdict: Verdict) -> str:
         subjects = join_words([effect_subject(effect.id) for effect in best.effects])
         return (
             f"Adopt {subjects}, and not {join_words(omitted)}: together with that no fit has "
-            f"parameters that the parts can have: {command}."
+            "parameters that the parts can have"
         )
     if len(best.effects) > 1:
-        return f"Adopt these effects, so that predictions include them: {command}."
+        return "Adopt these effects, so that predictions include them"
     if any(len(own.effects) > 1 for own in verdict.cause_sets) or len(verdict.first.effects) > 1:
         subject = effect_subject(best.effects[0].id)
         reason = f", {best.reason}" if best.reason else ""
-        return (
-            f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}: {command}."
-        )
-    return f"Adopt this effect, so that predictions include it: {command}."
+        return f"Of the effects that these runs cannot tell apart, adopt {subject}{reason}"
+    return "Adopt this effect, so that predictions include it"
 
 
 def _fraction(verdict: Verdict, after: float) -> float | None:
@@ -136,24 +184,25 @@ def _fraction(verdict: Verdict, after: float) -> float | None:
     return (verdict.gap.before - after) / room if room > 0 else None
 
 
-def _settling(verdict: Verdict) -> str:
-    """The channel that would tell the effects of the largest such set apart; "" where none is
+def _settling(verdict: Verdict) -> Sentence | None:
+    """The channel that would tell the effects of the largest such set apart; None where none is
     known."""
     for own in verdict.cause_sets:
-        if own.settled_by is not None:
-            channel, distance = (
-                own.settled_by.channel.replace("_", " "),
-                number(own.settled_by.d_prime),
-            )
+        if own.settled_by is not None and len(own.effects) > 1:
+            channel = own.settled_by.channel.replace("_", " ")
+            distance = Number("told apart by", own.settled_by.d_prime, "size")
             subjects = join_words([effect_subject(name) for name in own.effects], "or")
-            return (
+            return Sentence(
                 f"To tell whether {subjects} acts, record the {channel}: it would tell them apart "
-                f"by {distance} standard deviations of its noise."
+                f"by {distance} standard deviations of its noise.",
+                (distance,),
+                ALIKE,
+                {"effects": own.effects},
             )
-    return ""
+    return None
 
 
-def _separation(verdict: Verdict) -> str:
+def _separation(verdict: Verdict) -> Sentence | None:
     if settling := _settling(verdict):
         return settling
     if verdict.next_runs:
@@ -164,10 +213,13 @@ def _separation(verdict: Verdict) -> str:
     )
     checks = _checks(single_effects(names))
     subjects = join_words([set_subject(name, "with") for name in names], "or")
-    return (
-        f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}."
-        if checks
-        else ""
+    if not checks:
+        return None
+    return Sentence(
+        f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}.",
+        (),
+        ALIKE,
+        {"effects": names},
     )
 
 
@@ -176,40 +228,61 @@ def _checks(effects: Iterable[str]) -> str:
     return join_words(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
 
 
-def _setting_words(column: str, level: float | str) -> str:
-    """A setting by its column: "tank pressure 0.3 bar", "tip material steel"."""
-    shown = display_of(column)
-    if isinstance(level, str):
-        return f"{shown.label} {level}"
-    return f"{shown.label} {number(level * shown.scale)} {shown.unit}".rstrip()
-
-
-def run_sentence(run: NextRun) -> str:
-    """The next experiment in a sentence; one that cannot decide says so, and what to measure
-    instead."""
-    settings = join_words([_setting_words(column, level) for column, level in run.settings.items()])
-    runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
+def run_sentence(run: NextRun) -> Sentence:
+    """The next experiment; one that cannot decide says so, and what to measure instead."""
+    numbers = [
+        Number(column, float(level))
+        for column, level in run.settings.items()
+        if not isinstance(level, str)
+    ]
+    numeric = {item.key: item for item in numbers}
+    settings = join_words(
+        [
+            f"{display_of(column).label} {numeric.get(column, level)}"
+            for column, level in run.settings.items()
+        ]
+    )
+    count = Number("runs needed", run.runs_needed, "count")
+    runs = f"{count} run" if run.runs_needed == 1 else f"{count} runs"
+    shown = (count, *numbers)
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
     if match is None:
         ids = "|".join(map(re.escape, sorted(catalogue(), key=len, reverse=True)))
         why = re.sub(ids, lambda identity: effect_subject(identity[0]), run.why)
-        return f"Fire {runs} at {settings}: this {why}."
+        return Sentence(f"Fire {runs} at {settings}: this {why}.", shown)
     # "and" between effects that act together would be read with what stands beside it
     pair = f"{set_subject(match[1], 'with')} from {set_subject(match[2], 'with')}"
     if not match[3]:
-        return f"Fire {runs} at {settings}: this separates {pair}."
+        return Sentence(f"Fire {runs} at {settings}: this separates {pair}.", shown)
     first, second = match[1].split("+"), match[2].split("+")
     checks = _checks(name for name in (*first, *second) if (name in first) != (name in second))
     instead = f"; measure {checks} instead" if checks else ""
-    return f"Even {runs} at {settings} would not separate {pair}{instead}."
+    return Sentence(f"Even {runs} at {settings} would not separate {pair}{instead}.", shown)
 
 
-def _limits(verdict: Verdict) -> Iterator[str]:
+def _limits(verdict: Verdict) -> Iterator[Sentence]:
     """A sentence for each fitted parameter of a cause that is no value of the part."""
     for identity, fitted in _fitted_parameters(verdict):
         exceeded = exceeded_limit(identity, fitted.parameter, fitted.value)
-        if exceeded is not None:
-            yield miss_sentence(exceeded)
+        if exceeded is None:
+            continue
+        unit, scale = shown_unit(exceeded.parameter.unit)
+        value = format_interval(*(scale * item for item in (fitted.value, *fitted.ci90)))[0]
+        limit = f"{number(scale * exceeded.limit)} {unit}".rstrip()
+        where = (
+            f"beyond its range, which ends at {limit}"
+            if exceeded.is_beyond
+            else f"at the end of its range ({limit})"
+        )
+        label = parameter_label(exceeded.parameter.name, exceeded.parameter.unit)
+        yield Sentence(
+            f"The {label} of {effect_subject(identity)} is fitted as "
+            f"{f'{value} {unit}'.rstrip()}, {where}: this is a miss of the law and not a value, "
+            "and is not offered for adoption.",
+            (),
+            _MISS,
+            {"limit": exceeded},
+        )
 
 
 def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
@@ -222,52 +295,63 @@ def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
     return owned_parameters(verdict.first)
 
 
-def _confirmation(verdict: Verdict) -> str:
+def _confirmation(verdict: Verdict) -> Sentence | None:
     """What shows the largest cause by itself; a set of several is to be told apart first."""
     sets = verdict.cause_sets
     largest = sets[0].effects if sets else (verdict.first.effects[0].split("+")[0],)
     check = effect_check(largest[0]) if len(largest) == 1 else ""
-    return (
-        f"To confirm {effect_subject(largest[0])} without the model, measure {check}."
-        if check
-        else ""
-    )
+    if not check:
+        return None
+    verb = "confirm" if sets else "test"
+    return Sentence(f"To {verb} {effect_subject(largest[0])} without the model, measure {check}.")
 
 
-def _nearest_sentence(verdict: Verdict) -> str:
+def _nearest_sentence(verdict: Verdict) -> Sentence | None:
     """What the nearest effects take away held out, each by itself and all of the path together."""
     nearest = [
-        (effect_subject(item.effect), percent(item.held_out_gain))
+        (effect_subject(item.effect), Number("adds held out", item.held_out_gain, "share"))
         for item in nearest_effects(verdict)
     ]
     if nearest:
         subject, gain = nearest[0]
-        others = join_words([" ".join(item) for item in nearest[1:]])
+        shown = [gain for _, gain in nearest]
+        others = join_words([f"{name} {other}" for name, other in nearest[1:]])
         together = ""
-        if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
-            together = (
-                f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
-            )
-        return (
+        if len(verdict.path) > 1 and verdict.path[-1].fraction >= LEAST_FRACTION:
+            shown.append(Number("gone", verdict.path[-1].fraction, "share"))
+            together = f"; the effects of the path together take {shown[-1]}"
+        return Sentence(
             f"The nearest effect is {subject}, which takes {gain} of the error away beside the "
             "other likely effects, on configurations that it was not fitted "
-            f"to{', ' if others else ''}{others}{together}."
+            f"to{', ' if others else ''}{others}{together}.",
+            tuple(shown),
+            REACHES,
+            {"value": gain.value, "limit": LEAST_FRACTION},
         )
     if verdict.effects:
-        return (
-            "No effect of the catalogue takes anything away on configurations "
-            "that it was not fitted to."
+        return Sentence(
+            "No effect of the catalogue takes anything away on configurations that it was not "
+            "fitted to.",
+            (),
+            NOT_ENOUGH,
+            {"count": len(nearest), "needed": 1},
         )
     causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][
         :NEAREST
     ]
-    names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in causes]
-    return f"The nearest answer of the catalogue is {join_words(names, 'or')}." if names else ""
+    numbers = tuple(Number("probability", cause.probability, "share") for cause in causes)
+    names = [
+        f"{set_subject(cause.effects[0])} ({probability})"
+        for cause, probability in zip(causes, numbers, strict=True)
+    ]
+    if not names:
+        return None
+    return Sentence(f"The nearest answer of the catalogue is {join_words(names, 'or')}.", numbers)
 
 
-def rest_sentence(verdict: Verdict) -> str:
+def rest_sentence(verdict: Verdict) -> Sentence | None:
     """Where the error that is not explained lies: stage, settings, time, frequency, order of runs;
-    "" if nowhere."""
+    None if nowhere."""
     where, main_stage = verdict.where, _main_stage(verdict)
     places = []
     if len(where.stage) > 1:
@@ -292,10 +376,11 @@ def rest_sentence(verdict: Verdict) -> str:
         if where.drift
         else ""
     )
-    return " ".join(filter(None, (largest, drift)))
+    text = " ".join(filter(None, (largest, drift)))
+    return Sentence(text) if text else None
 
 
-def next_experiment(verdict: Verdict) -> tuple[str, ...]:
+def next_experiment(verdict: Verdict) -> tuple[Sentence, ...]:
     """What to fire or measure next; never empty. Under `unknown` always an experiment."""
     runs = tuple(map(run_sentence, verdict.next_runs))
     if is_unknown(verdict):
@@ -303,33 +388,35 @@ def next_experiment(verdict: Verdict) -> tuple[str, ...]:
     if runs:
         return tuple(filter(None, (_settling(verdict), *runs)))
     if is_agreement(verdict):
-        return ("No experiment is needed: model and measurement agree.",)
-    separation = _separation(verdict) or "No run is needed to tell causes apart."
+        return (Sentence("No experiment is needed: model and measurement agree."),)
+    separation = _separation(verdict) or Sentence("No run is needed to tell causes apart.")
     return tuple(filter(None, (separation, _confirmation(verdict))))
 
 
-def _separating_runs(verdict: Verdict) -> str:
+def _separating_runs(verdict: Verdict) -> Sentence:
     """Repeated runs on both sides of where the error is large: they show whether the place is the
     cause."""
     if verdict.where.factors:
-        return (
+        return Sentence(
             f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of "
             "two where this does not hold, with all other settings the same: this shows whether "
             "that setting makes the error."
         )
     _, runs = _STAGE_EXPERIMENTS[_main_stage(verdict)]
-    return (
+    return Sentence(
         f"Fire three repetitions at {runs} and with all other settings the same: "
         f"this shows how the error grows."
     )
 
 
-def _further_measurement(verdict: Verdict) -> str:
+def _further_measurement(verdict: Verdict) -> Sentence:
     further, _ = _STAGE_EXPERIMENTS[_main_stage(verdict)]
     nearest = next(iter(nearest_effects(verdict)), None)
     if nearest is None or not effect_check(nearest.effect):
-        return f"Measure {further}: this shows causes that the recorded channels cannot show."
-    return (
+        return Sentence(
+            f"Measure {further}: this shows causes that the recorded channels cannot show."
+        )
+    return Sentence(
         f"Measure {effect_check(nearest.effect)}, to see whether {effect_subject(nearest.effect)} "
         f"acts; other causes may show in {further}."
     )

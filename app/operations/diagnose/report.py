@@ -49,21 +49,19 @@ from ...documents.document import (
     Table,
 )
 from ...documents.page import blocks_html, html_of
-from .recommendations import next_experiment, recommendations
 from .report_charts import curve_plot, path_plot, residual_plot, share_plot
 from .request import restrictions_among
+from .statements import drawn_effects as drawn_effects_sentence
+from .statements import summary
 from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
-from .summary import summary
+from .texts import next_experiment, recommendations, shrinkage_line, where_lines
 from .wording import (
     cause_lines,
     cause_title,
-    drawn_effects_sentence,
     effect_subject,
     fitted_words,
     set_name,
-    shrinkage_line,
     single_effects,
-    where_lines,
 )
 
 #: Figures of a file: with them a diagnosis fits two pages of A4.

@@ -3,14 +3,16 @@ it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ....twin.effects import Effect
 from ...common.errors import argument_names
 from ...common.frames import frame_of, titled_table
 from ...figures.figure import DIMENSIONLESS, BarSeries, ColourRole, Plot, PlotAxis, as_floats
 from ...figures.matplotlib_renderer import plot_on
+from ..operation import Lines, Result, Table
+from ..sentence import Sentence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,37 +20,79 @@ if TYPE_CHECKING:
 
     from ....diagnosis.verdict import Verdict
     from ....schema.diagnoses import TwinVersion
-    from ....schema.session import Store
-    from ...common.progress import Step
+    from ....twin.effects import Effect
 
 
 @dataclass(frozen=True, eq=False)
-class GapDiagnosis:
+class GapDiagnosis(Result):
     """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind
     it.
 
     `number` is that of the diagnosis in the store, None for one of a folder. `version` is the
-    version of the bench's twin that adopted an effect of it, None where none was adopted.
+    version of the bench's twin that adopted an effect of it, None where none was adopted. `folder`
+    is where a diagnosis that is not stored was read from.
     """
 
     verdict: Verdict
     number: int | None = None
     version: TwinVersion | None = None
+    folder: str = ""
 
     @property
     def sentence(self) -> str:
         """The answer in a few sentences."""
-        from .request import restrictions_among
-        from .summary import summary
+        return " ".join(item.text for item in self.sentences())
 
-        return " ".join((*restrictions_among(self.verdict.assumptions), summary(self.verdict)))
+    def sentences(self) -> Sequence[Sentence]:
+        """Which effects were considered where not all were, and the answer."""
+        from .request import restrictions_among
+        from .statements import answer
+
+        restrictions = map(Sentence, restrictions_among(self.verdict.assumptions))
+        return (*restrictions, *answer(self.verdict))
+
+    def tables(self) -> Sequence[Table | Lines]:
+        """Size, effects, path, causes and places of the model error, and what to do next."""
+        from .tables import tables
+
+        return tables(self.verdict)
+
+    def notes(self) -> Sequence[str]:
+        """What was adopted."""
+        from .adoption_notes import adoption_notes
+
+        return () if self.version is None else tuple(adoption_notes(self.verdict, self.version))
+
+    def stored_keys(self) -> dict[str, Any]:
+        """The number of the diagnosis."""
+        return {} if self.number is None else {"id": self.number}
+
+    def address(self) -> str:
+        """The page of a diagnosis that the store keeps."""
+        return "" if self.number is None else f"/diagnoses/{self.number}"
+
+    def summary(self) -> str:
+        """The campaign and the answer."""
+        from .statements import summary
+
+        return f"{self.verdict.campaign}: {summary(self.verdict)}"
+
+    def next_command(self) -> Sequence[str]:
+        """What tells the causes apart, else the report; a folder is not in the store, and goes
+        there first."""
+        name = self.verdict.campaign
+        if self.number is None:
+            return ("ingest", self.folder) if self.folder else ()
+        if self.verdict.next_runs:
+            return ("plan", "discriminate", name)
+        return ("report", f"diagnosis:{name}", "--out", f"{name}-diagnosis.html")
 
     @property
     def recommendations(self) -> list[str]:
         """What to do next, in sentences."""
-        from .recommendations import recommendations
+        from .recommendations import next_steps
 
-        return list(recommendations(self.verdict))
+        return [step.text for step in next_steps(self.verdict)]
 
     @property
     def effects(self) -> pd.DataFrame:
@@ -90,7 +134,7 @@ class GapDiagnosis:
                     "held_out_gain": own.held_out_gain,
                     "settled_by": None if own.settled_by is None else own.settled_by.channel,
                 }
-                for own in self.verdict.cause_sets
+                for own in self.verdict.named_sets
             ),
             (
                 "effects",
@@ -151,9 +195,7 @@ class GapDiagnosis:
     def fraction(self) -> float | None:
         """The share of the reducible gap that is gone on configurations that the fit has not seen;
         None: not known."""
-        from .summary import held_out_fraction
-
-        return held_out_fraction(self.verdict)
+        return self.verdict.held_out_fraction
 
     @property
     def shrinkage(self) -> pd.DataFrame:
@@ -249,82 +291,3 @@ class GapDiagnosis:
     def _repr_html_(self) -> str:
         columns = ["effect", "probability", "share", "share_low", "share_high", "held_out_gain"]
         return titled_table(f"{self.verdict.campaign}: {self.sentence}", self.effects[columns])
-
-
-def diagnose_campaign(
-    store: Store | None,
-    url: str,
-    target: str,
-    step: Step,
-    *,
-    adopt: str | None = None,
-    **given: Any,
-) -> GapDiagnosis:
-    """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
-
-    `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and
-    `adopting.adopt`, and `ValueError` where an effect is to be adopted for a folder.
-    """
-    from ...common.model_registry import models_extra
-    from ...twins import adopted_effects
-    from .diagnosing import is_stored, keep, run_diagnosis
-    from .request import DiagnosisRequest
-
-    request = DiagnosisRequest(target, **given)
-    stored = is_stored(store, target)
-    if adopt is not None and not stored:
-        raise ValueError(
-            f"adopting {adopt} needs a campaign of the store; ingest it "
-            f"first: pyroshock ingest {target}"
-        )
-    with models_extra():
-        verdict = run_diagnosis(store, url, request, step)
-    if adopt is not None:
-        adopted_effects.check_adoptable(verdict, adopt)
-    key = keep(store, verdict, request) if store is not None and stored else None
-    version = (
-        adopted_effects.adopt(store, verdict, adopt, key)
-        if store is not None and adopt is not None
-        else None
-    )
-    return GapDiagnosis(verdict, key, version)
-
-
-def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> GapDiagnosis:
-    """The diagnosis with the twin's version that adopted `effect` of it (None: what it offers).
-
-    Raises as `adopting.adopt`, and `ValueError` for a diagnosis that the store does not keep.
-    """
-    from ...twins import adopted_effects
-
-    verdict = diagnosis.verdict
-    if diagnosis.number is None:
-        raise ValueError(
-            f"the diagnosis of {verdict.campaign} is of a folder; ingest it, "
-            f"and diagnose the campaign"
-        )
-    best = adopted_effects.offered(verdict)
-    wanted = effect or (verdict.first.effects[0] if best is None else best.name)
-    return replace(
-        diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number)
-    )
-
-
-def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
-    """Diagnoses that the store keeps, the newest first. Raises `LookupError` for an unknown
-    campaign."""
-    from .stored import list_diagnoses
-
-    with store.reading() as session:
-        return frame_of(
-            list_diagnoses(session, campaign, limit=None),
-            ("id", "diagnosed_at", "campaign", "first"),
-        )
-
-
-def kept_diagnosis(store: Store, number: int) -> GapDiagnosis:
-    """Diagnosis `number` as it was made. Raises as `kept.kept_verdict`."""
-    from .stored import kept_verdict
-
-    with store.reading() as session:
-        return GapDiagnosis(kept_verdict(session, number), number)

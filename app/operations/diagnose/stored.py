@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from types import UnionType
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
@@ -123,15 +123,13 @@ def kept_summary(session: Session, diagnosis_id: int) -> Verdict:
 
 
 def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
-    """The request of a kept diagnosis, by the names of `DiagnosisRequest`; {} for one that is kept
+    """What a kept diagnosis was asked, by the fields of `DiagnosisRequest`; {} for one that is kept
     without it.
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
     options = (get_diagnosis_row(session, diagnosis_id).details or {}).get("options", {})
-    return {
-        item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options
-    }
+    return {name: options[name] for name in DiagnosisRequest.model_fields if name in options}
 
 
 def get_diagnosis_row(session: Session, diagnosis_id: int) -> Diagnosis:

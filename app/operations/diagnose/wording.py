@@ -4,25 +4,22 @@ the test bench."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ....diagnosis.parameter_limits import ExceededLimit, exceeded_limit
+from ....diagnosis.parameter_limits import exceeded_limit
 from ....diagnosis.verdict import (
-    CORRECTED,
     NONE,
     UNKNOWN,
     Cause,
     Fitted,
     FrequencyBand,
     Shrinkage,
-    StageShare,
     TimeWindow,
     Verdict,
-    Where,
 )
 from ....twin.effects import catalogue
-from ...common.number_format import format_interval, join_words, number, percent, percent_with_range
+from ...common.number_format import format_interval, join_words, number, percent
 from ...common.quantities import shown_unit
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
@@ -105,7 +102,7 @@ def effect_check(identity: str) -> str:
 
 
 #: So many effects of a set are named in a sentence.
-_MOST_NAMES = 3
+MOST_NAMES = 3
 #: Behind the names of effects of which at least one acts.
 ALIKE = "which these runs cannot tell apart"
 
@@ -113,9 +110,19 @@ ALIKE = "which these runs cannot tell apart"
 def set_name(effects: Sequence[str]) -> str:
     """A set of effects of which at least one acts, as every sentence, table and chart names it."""
     names = [effect_subject(identity) for identity in effects]
-    if len(names) > _MOST_NAMES:
-        names = [*names[:_MOST_NAMES], f"{len(names) - _MOST_NAMES} more"]
+    if len(names) > MOST_NAMES:
+        names = [*names[:MOST_NAMES], f"{len(names) - MOST_NAMES} more"]
     return names[0] if len(names) == 1 else f"{join_words(names, 'or')} ({ALIKE})"
+
+
+def set_subject(name: str, last: str = "and") -> str:
+    """An effect or a set of effects ("a+b") as a sentence names it."""
+    return join_words([effect_subject(part) for part in name.split("+")], last)
+
+
+def stage_name(name: str) -> str:
+    """A stage as a sentence names it."""
+    return STAGE_NAMES.get(name, f"the stage {name}")
 
 
 def single_effects(names: Iterable[str]) -> tuple[str, ...]:
@@ -234,25 +241,6 @@ def owned_parameters(cause: Cause) -> list[tuple[str, Fitted]]:
     ]
 
 
-def miss_sentence(exceeded: ExceededLimit) -> str:
-    """What to say of a fitted parameter that is no value of its part."""
-    item = exceeded.parameter
-    unit, scale = shown_unit(item.unit)
-    value, limit = (
-        f"{number(scale * size)} {unit}".rstrip() for size in (exceeded.value, exceeded.limit)
-    )
-    where = (
-        f"beyond its range, which ends at {limit}"
-        if exceeded.is_beyond
-        else f"at the end of its range ({limit})"
-    )
-    subject = f"{parameter_label(item.name, item.unit)} of {effect_subject(exceeded.effect)}"
-    return (
-        f"The {subject} is fitted as {value}, {where}: this is a miss of the law and not a value, "
-        "and is not offered for adoption."
-    )
-
-
 def spell_sets(text: str) -> str:
     """A text with `a, b and c` for effects that act together, which reports join to "a+b+c"."""
     return re.sub(
@@ -296,11 +284,12 @@ def cause_title(cause: Cause) -> str:
     return (
         f"{count} effects together"
         if count > 1
-        else _sentence_start(effect_subject(cause.effects[0]))
+        else sentence_start(effect_subject(cause.effects[0]))
     )
 
 
-def _sentence_start(text: str) -> str:
+def sentence_start(text: str) -> str:
+    """A text as the beginning of a sentence."""
     return f"{text[:1].upper()}{text[1:]}"
 
 
@@ -333,56 +322,6 @@ def _effect_line(identity: str, cause: Cause) -> str:
     return f"{identity}{f', {subject}' if subject != identity else ''}{parameters}"
 
 
-def own_error(stage: StageShare) -> str:
-    """`4.2 (3.6 to 4.7)`: a stage's error given its measured input, in tolerances, with its 90 %
-    interval."""
-    if stage.own_ci90 is None:
-        return number(stage.own)
-    value, low, high = format_interval(stage.own, *stage.own_ci90)
-    return f"{value} ({low} to {high})"
-
-
-def where_lines(where: Where) -> Iterator[str]:
-    """A sentence for each finding about where the error lies."""
-    for stage in where.stage:
-        share = percent_with_range(stage.share, stage.ci90)
-        yield (
-            f"The {stage.name} makes {share} of the error at the end of the chain; its own error "
-            f"is {own_error(stage)} tolerances."
-        )
-    for region in where.factors:
-        yield (
-            f"Where {region.rule}, the error exceeds that of the other settings by "
-            f"{number(region.excess)} times the measurement noise (p = {number(region.p_value)})."
-        )
-    for window in where.time:
-        yield f"In time the error stands out in {span_label(window)}."
-    for band in where.frequency:
-        yield f"In frequency the error stands out in {span_label(band)}."
-    yield from map(with_labels, where.drift)
-
-
-def drawn_effects_sentence(verdict: Verdict) -> str:
-    """What the "model with effects" of the pictures is; "" where nothing is drawn after."""
-    names = [
-        join_words([effect_subject(identity) for identity in own])
-        for own in verdict.pictures.drawn_effects
-    ]
-    if not names:
-        return ""
-    if not verdict.cause_sets:
-        return (
-            f"The model with effects has the likeliest effects, fitted to all runs: {names[0]}. "
-            "The data do not establish them as causes."
-        )
-    if len(names) == 1:
-        return f"The model with effects has {names[0]}, fitted to all runs."
-    return (
-        f"The model with effects is the mean of {len(names)} predictions, each fitted to all runs: "
-        f"with {join_words(names, 'or with')}."
-    )
-
-
 def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
     """What takes the error away where it was not fitted, as the path names it; `effects` of the
     entry are what most folds chose, of several effects that cannot be told apart any."""
@@ -393,30 +332,3 @@ def held_out_name(entry: Shrinkage, verdict: Verdict) -> str:
         names = [step.added for step in verdict.path]
         return ", and ".join(names) if several else join_words(names)
     return join_words([spell_sets(name) for name in entry.effects]) or "no effect"
-
-
-def shrinkage_line(entry: Shrinkage, verdict: Verdict) -> str:
-    """One sentence on configurations that the fit has not seen."""
-    steps, what = len(verdict.path) or len(entry.effects), held_out_name(entry, verdict)
-    if steps > _MOST_NAMES:
-        what = f"all {steps} steps of the path" if verdict.path else f"{steps} effects"
-    what = _sentence_start(what) if "." not in what.partition(" ")[0] else what
-    sizes = (
-        f"{number(entry.before)} before, {number(entry.after)} after, held out by "
-        f"{entry.held_out_by}"
-    )
-    if entry.fraction is None:
-        return f"{what}: {sizes}; there was no error to reduce."
-    share = (
-        percent(entry.fraction)
-        if entry.ci90 is None
-        else percent_with_range(entry.fraction, entry.ci90)
-    )
-    sentence = f"{what}: {sizes}; {share} of the error above the noise disappears"
-    if CORRECTED not in entry.more:
-        return f"{sentence}."
-    after = number(entry.more[CORRECTED][1])
-    return (
-        f"{sentence}. With a learned correction of the rest {after} would be "
-        f"left; a correction is not a cause."
-    )

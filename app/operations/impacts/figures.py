@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from ....array_types import Floats
 from ...common.number_format import format_number
-from ...common.quantities import STANDARD_GRAVITY_M_S2, display_of, display_of_unit
+from ...common.quantities import display_of, display_of_unit
+from ...common.unit_endings import STANDARD_GRAVITY_M_S2
 from ...figures.figure import (
     DASHES,
     BandSeries,

@@ -25,6 +25,7 @@ from sqlalchemy import Engine
 from ....schema.access.permissions import READER
 from ....schema.base import Base
 from ....schema.tables import metadata
+from ...common.unit_endings import unit_ending
 from .postgresql_statement import ForbiddenStatementError, become_reader, check_statement
 
 #: What is no code: quoted text and names, comments; then casts (`::`) and parameters (`:name`).
@@ -341,25 +342,6 @@ def _explained(text: str, statement: Statement) -> QueryError:
     return QueryError(f"the statement cannot be run: {text}")
 
 
-#: Unit by the end of a column's name, longest ends first.
-_UNITS = {
-    "m_s2": "m/s²",
-    "kg_m3": "kg/m³",
-    "n_s": "N s",
-    "m_s": "m/s",
-    "v_per_unit": "V/unit",
-    "bytes": "B",
-    "hz": "Hz",
-    "pa": "Pa",
-    "kg": "kg",
-    "n": "N",
-    "m": "m",
-    "s": "s",
-    "k": "K",
-    "v": "V",
-}
-
-
 def list_tables() -> list[dict[str, Any]]:
     """Every table with the number of its columns and what a row of it is."""
     models = {str(mapper.local_table.name): mapper.class_ for mapper in Base.registry.mappers}  # type: ignore[attr-defined]
@@ -398,7 +380,8 @@ def list_columns(name: str) -> list[dict[str, Any]]:
 
 def unit_of(column: str) -> str | None:
     """The unit at the end of a column's name: `peak_force_n` is in N."""
-    return next((unit for end, unit in _UNITS.items() if column.endswith(f"_{end}")), None)
+    entry = unit_ending(column)
+    return None if entry is None else entry.unit
 
 
 def _first_sentence(model: type | None) -> str:

@@ -65,9 +65,15 @@ class Comparisons:
             version.label: ", ".join(self.searched[version.label]) or "none"
             for version in self.versions
         }
-        return [{"setting": "chosen by a search", **chosen_by_search}] + [
-            {"setting": name}
-            | {version.label: self.settings[version.label].get(name) for version in self.versions}
+        searched: list[dict[str, Any]] = [{"setting": "chosen by a search", **chosen_by_search}]
+        return searched + [
+            {
+                "setting": name,
+                **{
+                    version.label: self.settings[version.label].get(name)
+                    for version in self.versions
+                },
+            }
             for name in names
         ]
 

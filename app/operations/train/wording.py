@@ -216,16 +216,18 @@ def version_tables(row: Mapping[str, Any]) -> list[Table]:
     """The figures of a version, and the limits of a usable one."""
     rows: list[dict[str, Any]] = []
     for name, metric in row["metrics"].items():
-        ends = bounded(metric["ci90"]) or [None, None]
-        values = {"mean": metric["mean"], "from": ends[0], "to": ends[1]}
+        low, high = bounded(metric["ci90"]) or (None, None)
+        values = {"mean": metric["mean"], "from": low, "to": high}
         values |= {f"repeatability by {scope}": floor for scope, floor in metric["floor"].items()}
         cells = {column: metric_cell(name, value) for column, value in values.items()}
         rows.append({"figure": heading(name).partition(" (")[0], **cells})
     for name, value in (row["coverage90"] or {}).items():
         ends = (row.get("coverage90_ci90") or {}).get(name) or [None, None]
-        held, low, high = (NOTHING if part is None else percent(part) for part in (value, *ends))
-        figure = f"{COVERED[name]} in the 90 % band"
-        rows.append({"figure": figure, "mean": held, "from": low, "to": high})
+        cells = {
+            column: NOTHING if part is None else percent(part)
+            for column, part in zip(("mean", "from", "to"), (value, *ends), strict=True)
+        }
+        rows.append({"figure": f"{COVERED[name]} in the 90 % band", **cells})
     limits = {"force error of the mean pulse": row.get("force_nrmse_of_mean")}
     limits["limit of a usable force error"] = (exceeded_limit(row) or {}).get("limit")
     rows += [

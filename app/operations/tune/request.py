@@ -77,13 +77,18 @@ def masses_of(given: Any, name: str) -> Levels | ContinuousRange:
 
 def _masses(given: Any, info: ValidationInfo) -> Any:
     """Masses as text, which every door can give and a job can keep."""
+    from ....twin.tune.space import Levels
+
     if given is None or given == "":
         return None
     try:
         masses = masses_of(given, str(info.field_name))
     except TypeError as error:
         raise ValueError(str(error)) from error
-    return given if isinstance(given, str) else ",".join(f"{mass!r}kg" for mass in masses.values)
+    if isinstance(given, str):
+        return given
+    assert isinstance(masses, Levels)  # a range is a text
+    return ",".join(f"{mass!r}kg" for mass in masses.values)
 
 
 class SpectrumSearch(Request):

@@ -137,7 +137,7 @@ class TunedSettings(Result):
         return tuning_tables(self.job_data())
 
     @property
-    def exit_code(self) -> int:  # type: ignore[override]  # it follows from the fields
+    def exit_code(self) -> int:
         """1 where no setting meets the target."""
         return 0 if self.attainable else 1
 

@@ -52,7 +52,7 @@ def _label(request: Any) -> str:
     return "to a spectrum" if path is None else f"to {path.name}"
 
 
-TUNE = Operation(
+TUNE: Operation[Tuning, TunedSettings] = Operation(
     name="tune",
     request=Tuning,
     run=_run,

@@ -57,7 +57,7 @@ class TwinValidation(Result):
         )
 
     @property
-    def exit_code(self) -> int:  # type: ignore[override]  # it follows from the fields
+    def exit_code(self) -> int:
         """1 where the bands are too narrow."""
         return 0 if self.calibrated else 1
 

@@ -43,7 +43,7 @@ def _write_report(validation: TwinValidation, path: Path) -> None:
     write_report(validation_document(validation.to_json()), path)
 
 
-VALIDATE = Operation(
+VALIDATE: Operation[ValidationRequest, TwinValidation] = Operation(
     name="validate",
     request=ValidationRequest,
     run=_run,

@@ -14,7 +14,6 @@ from hypothesis.extra.numpy import arrays
 from pyroshock.app.operations.diagnose.diagnosing import (
     keep,
     last_report,
-    past_diagnoses,
     report_json,
 )
 from pyroshock.app.operations.diagnose.report import page
@@ -45,7 +44,7 @@ from pyroshock.diagnosis.verdict import (
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
 from support.records import verdicts
-from support.stores.stores import opened
+from support.stores.stores import opened, run_pyroshock
 
 # --- A diagnosis that was kept is the one that was made: every number, every picture, every fit
 # ---------------------
@@ -198,7 +197,7 @@ def test_kept_diagnosis_gives_its_page_or_says_what_is_missing(store):
     ):
         kept_verdict(session, key)
     # So that what if can be asked of a diagnosis that was kept by another version.
-    key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(CAMPAIGN, seed=3))
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(campaign=CAMPAIGN, seed=3))
     with store.writing() as session:
         row = session.get_one(Diagnosis, key)
         row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
@@ -231,8 +230,10 @@ def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
     assert row["first"] == "contact.layer_compliance or contact.plate_compliance"
     assert (row["gap"], row["noise_floor"], row["complete"]) == (0.041, 0.009, True)
     assert row["adopted"] == "version 1: gun.valve_flow"
-    with store.reading() as session:
-        (past,) = past_diagnoses(session, CAMPAIGN)
+    url = store.engine.url.render_as_string(False)
+    (past,) = json.loads(
+        run_pyroshock("diagnose", CAMPAIGN, "--list", "--db", url, "--json").stdout
+    )
     assert past == {
         name: value for name, value in row.items() if name not in ("campaign", "complete")
     }
@@ -248,11 +249,11 @@ def test_row_tells_the_first_cause_and_reads_nothing_that_is_drawn(store):
 
 def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
     sentence, whole = restriction_sentences(("gun.valve_flow",)), verdicts.gun(campaign=CAMPAIGN)
-    keep(store, whole, DiagnosisRequest(CAMPAIGN, seed=3))
+    keep(store, whole, DiagnosisRequest(campaign=CAMPAIGN, seed=3))
     key = keep(
         store,
         verdicts.gun(campaign=CAMPAIGN, assumptions=sentence),
-        DiagnosisRequest(CAMPAIGN, with_effects=["a"]),
+        DiagnosisRequest(campaign=CAMPAIGN, with_effects=["a"]),
     )
     assert [row["restricted"] for row in listed(store)] == [True, False]
     with store.reading() as session:

@@ -9,7 +9,6 @@ import pytest
 from pyroshock.app.common.number_format import percent
 from pyroshock.app.documents.document import Table
 from pyroshock.app.operations.diagnose.page_parts import list_row, parts_of
-from pyroshock.app.operations.diagnose.recommendations import next_experiment, recommendations
 from pyroshock.app.operations.diagnose.report import (
     EFFECT_COLUMNS,
     GAIN,
@@ -20,14 +19,17 @@ from pyroshock.app.operations.diagnose.report import (
 )
 from pyroshock.app.operations.diagnose.report_charts import path_rows, share_rows
 from pyroshock.app.operations.diagnose.service import GapDiagnosis
+from pyroshock.app.operations.diagnose.statements import drawn_effects, is_unknown, summary
 from pyroshock.app.operations.diagnose.stored import verdict_from_json, verdict_to_json
-from pyroshock.app.operations.diagnose.summary import held_out_fraction, is_unknown, summary
+from pyroshock.app.operations.diagnose.texts import (
+    next_experiment,
+    recommendations,
+    shrinkage_line,
+)
 from pyroshock.app.operations.diagnose.wording import (
     ALIKE,
-    drawn_effects_sentence,
     effect_subject,
     set_name,
-    shrinkage_line,
     single_effects,
 )
 from pyroshock.app.twins.adopted_effects import offered
@@ -124,7 +126,7 @@ def test_set_is_named_once_and_alike_everywhere() -> None:
     assert listed == f"{name.removeprefix('the ')} 77 %, leak past the projectile 17 %"
     assert name in page(verdict)
     assert GapDiagnosis(verdict).sets["effects"].tolist() == [" or ".join(NAMES), "gun.blow_by"]
-    assert GapDiagnosis(verdict).path["fraction"].iloc[-1] == held_out_fraction(verdict) == 0.97
+    assert GapDiagnosis(verdict).path["fraction"].iloc[-1] == verdict.held_out_fraction == 0.97
     parts = parts_of(verdict)
     assert parts.rows[0][0] == " or ".join(NAMES)
     assert parts.adoptable["gun.barrel_loss/gun.valve_flow+gun.blow_by"] == (
@@ -287,7 +289,7 @@ def test_headline_never_contradicts_the_table(seed: int) -> None:
 
 def test_pictures_say_which_effects_they_are_drawn_with() -> None:
     def said(verdict: Verdict, *drawn: tuple[str, ...]) -> str:
-        return drawn_effects_sentence(
+        return drawn_effects(
             replace(verdict, pictures=replace(verdict.pictures, drawn_effects=drawn))
         )
 
@@ -306,7 +308,7 @@ def test_pictures_say_which_effects_they_are_drawn_with() -> None:
     verdict = replace(
         verdict, pictures=replace(verdict.pictures, drawn_effects=(("gun.valve_flow",),))
     )
-    assert drawn_effects_sentence(verdict) in page(verdict) and "first cause" not in page(verdict)
+    assert drawn_effects(verdict) in page(verdict) and "first cause" not in page(verdict)
     assert verdict_from_json(*verdict_to_json(verdict)).pictures.drawn_effects == (
         ("gun.valve_flow",),
     )

@@ -7,11 +7,7 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.operations.diagnose.recommendations import (
-    next_experiment,
-    recommendations,
-    rest_sentence,
-)
+from pyroshock.app.operations.diagnose.recommendations import rest_sentence
 from pyroshock.app.operations.diagnose.report import effect_rows
 from pyroshock.app.operations.diagnose.request import (
     considered_effects,
@@ -19,7 +15,12 @@ from pyroshock.app.operations.diagnose.request import (
     restriction_sentences,
     uncertain_numbers,
 )
-from pyroshock.app.operations.diagnose.summary import held_out_fraction, nearest_effects, summary
+from pyroshock.app.operations.diagnose.statements import nearest_effects, summary
+from pyroshock.app.operations.diagnose.texts import (
+    next_experiment,
+    recommendations,
+    where_lines,
+)
 from pyroshock.app.operations.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
@@ -29,7 +30,6 @@ from pyroshock.app.operations.diagnose.wording import (
     effect_subject,
     fitted_words,
     observable_label,
-    where_lines,
     with_labels,
 )
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
@@ -309,7 +309,7 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     sentences = summary(verdicts.gun(effects=effects))
     assert "the atmosphere" not in sentences
     assert (
-        "effects that the data do not establish account for 36 % and 3 % (1 "
+        "effects that the data do not establish take 36 % away where they were fitted and 3 % (1 "
         "to 6 %) remains unexplained" in sentences
     )
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
@@ -377,11 +377,11 @@ def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
     nearest = [effect.effect for effect in nearest_effects(verdicts.unknown())]
     assert (
         nearest == ["contact.viscous_loss", "contact.plastic_yield"]
-        and held_out_fraction(verdicts.gun()) == 0.97
+        and verdicts.gun().held_out_fraction == 0.97
     )
     assert (
-        held_out_fraction(verdicts.verdict()) == 0.94
-        and held_out_fraction(verdicts.verdict(shrinkage=())) is None
+        verdicts.verdict().held_out_fraction == 0.94
+        and verdicts.verdict(shrinkage=()).held_out_fraction is None
     )
     sentences = summary(
         verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5)))
@@ -485,8 +485,8 @@ def test_large_rest_says_where_it_lies_in_its_main_stage() -> None:
     )
     assert not any("striker" in step for step in recommendations(verdicts.gun(where=where)))
     contact = verdicts.unknown().where
-    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(
-        verdicts.unknown()
+    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in str(
+        rest_sentence(verdicts.unknown())
     )
     gun = replace(
         contact,
@@ -495,7 +495,7 @@ def test_large_rest_says_where_it_lies_in_its_main_stage() -> None:
             StageShare("contact", 0.1, (0.0, 0.2), 1.0),
         ),
     )
-    assert "force from" not in rest_sentence(verdicts.unknown(where=gun))
+    assert "force from" not in str(rest_sentence(verdicts.unknown(where=gun)))
 
 
 def test_ends_of_ranges_repetitions_and_nearest_effects_are_said() -> None:

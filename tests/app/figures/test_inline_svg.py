@@ -43,7 +43,7 @@ def line_ends(svg: str, role: ColourRole) -> list[tuple[float, float]]:
     """First and last point of the slanting curve of that colour."""
     style = rf'd="M ([^"]*?)"[^>]*style="fill: none; stroke: var\(--{role}\)'
     curves = [
-        [tuple(map(float, pair.split())) for pair in path.split(" L ")]
+        [(float(x), float(y)) for x, y in (pair.split() for pair in path.split(" L "))]
         for path in re.findall(style, svg)
     ]
     (ends,) = (

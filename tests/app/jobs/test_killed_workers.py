@@ -11,11 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
-from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.diagnose.request import DiagnosisRequest
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
@@ -149,7 +148,8 @@ def test_workers_killed_at_any_moment_leave_every_effect_once(
         asked_ingest(store, folder)
         ask(store, EXTRACT, "Extraction", ExtractArguments("spring", threshold.as_json()))
         ask(store, PLAN, "Plan", PLANNED)
-        ask(store, DIAGNOSE, "Diagnosis", DiagnoseArguments("gun", seed=1))
+        diagnosis = DiagnosisRequest(campaign="gun", seed=1)
+        ask(store, KINDS["diagnose"], "Diagnosis", diagnosis)
         deaths = 0
         for moment in (2.0, 3.1, 4.3, 2.6, 3.7, 5.2):
             worker = start_cli(

@@ -15,13 +15,12 @@ import pytest
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
-from pyroshock.app.jobs.job_kinds.diagnose import DIAGNOSE
 from pyroshock.app.jobs.kind import Result, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.worker import Watch, WorkerContext, attempt
-from pyroshock.app.operations.diagnose.request import DiagnoseArguments
+from pyroshock.app.operations.diagnose.request import DiagnosisRequest
 from pyroshock.app.operations.train.train import fenced_registry
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
@@ -350,7 +349,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(
     )
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
-        ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,
+        ask(store, KINDS["diagnose"], "Diagnosis", DiagnosisRequest(campaign="spring")).key,
         ask(store, PLAN, "Plan", PLANNED.model_copy(update={"name": "once"})).key,
     ]
     for key in asked:

@@ -50,7 +50,7 @@ def test_trained_models_are_those_of_the_command_line_and_are_trained_once(lab):
     for label, row in printed.items():
         assert frame["force_nrmse"][label] == row["metrics"]["force_nrmse"]
     axes = runs.plot()
-    assert [tick.get_text() for tick in axes.get_yticklabels()][0].startswith(
+    assert next(tick.get_text() for tick in axes.get_yticklabels()).startswith(
         frame["force_nrmse"].idxmin()
     )
     assert "linear@1" in runs._repr_html_()

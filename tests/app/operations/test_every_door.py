@@ -19,18 +19,22 @@ from pyroshock.app.common.number_format import finite
 from pyroshock.app.doors.command_line.operation_command import option_of
 from pyroshock.app.doors.python import PythonMethod
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
+from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.faults import bare, bounds, read
 from pyroshock.app.operations.fields import presentation_of
 from pyroshock.app.operations.form import form_page, text_of
 from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
+from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
+from pyroshock.validation import blind_check
 from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
+from support.records import verdicts
 from support.stores.registries import at_its_place
-from support.stores.stores import pyroshock, run_pyroshock
+from support.stores.stores import opened, pyroshock, run_pyroshock
 from support.stores.web_stores import DATASET, HAMMER, filled_lab
 
 __all__ = ["filled_lab"]
@@ -60,10 +64,21 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "dataset-trace": {"name": DATASET},
     "dataset-export": {"name": DATASET},
     "dataset-delete": {"name": "spare"},
+    "diagnose": {"campaign": "spring", "seed": 1, "with_effects": ["gun.valve_flow"]},
+    "plan-next-runs": {"diagnosis": 1, "name": "apart"},
+    "adopt": {"diagnosis": 1, "effect": "contact.layer_compliance"},
+    "list-diagnoses": {"campaign": "spring"},
+    "show-diagnosis": {"diagnosis": 1},
+    "delete-diagnosis": {"diagnosis": 1},
+    "blind-check": {"cases": 1, "tiers": ["weak"], "split": "development"},
 }
 #: What is answered before, so that the store has what the example names.
 BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
-    **{name: [("plan", _SPRING)] for name in EXAMPLES if name.startswith("plan-")},
+    **{
+        name: [("plan", _SPRING)]
+        for name in EXAMPLES
+        if name.startswith("plan-") and name != "plan-next-runs"
+    },
     "simulate": [("plan", _SPRING)],
     "dataset-delete": [
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "quality": "none"})
@@ -72,10 +87,42 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
 _OF_MODELS = ("train", "compare", "promote", "model-", "dataset-")
 #: These find campaigns, a dataset and models in the store.
 FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)}
+#: These find a campaign and a diagnosis of it in the store.
+DIAGNOSED = {"diagnose", "plan-next-runs", "adopt", "blind-check"} | {
+    name for name in EXAMPLES if name.endswith(("-diagnoses", "-diagnosis"))
+}
+#: Answered with the tests of their own features: they need a gun's campaign and its solved plate.
+ANSWERED_ELSEWHERE = {"tune", "validate"}
 #: What an answer says of the moment, and not of what was asked.
-_OF_THE_MOMENT = {"when", "who"}
+_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at"}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
 _SEEN_ON_A_PAGE = object()
+NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
+
+
+class MadeUpScore:
+    """The report of a blind check, which takes minutes."""
+
+    tiers = ()
+
+    def as_json(self) -> dict[str, Any]:
+        return {"tiers": [{"tier": "weak", "first": 1.0, "ece": float("nan")}]}
+
+
+@pytest.fixture(autouse=True)
+def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Diagnoses and blind checks are made up."""
+    answer = verdicts.verdict(campaign="spring", next_runs=(NEXT,))
+    monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: answer)
+    monkeypatch.setattr(blind_check, "run", lambda *_, **__: MadeUpScore())
+
+
+def filled(store: Path, copy: Path) -> str:
+    """The address of a store with a campaign and a diagnosis of it."""
+    url = f"sqlite:///{shutil.copy(store, copy)}"
+    with opened(url) as open_store:
+        diagnosing.keep(open_store, verdicts.verdict(campaign="spring", next_runs=(NEXT,)))
+    return url
 
 
 class Library:
@@ -180,25 +227,32 @@ def test_a_value_beyond_its_bounds_is_refused_with_the_same_words_at_every_door(
     if "command" not in declared.absent:
         field = request.model_fields[field_name]
         spelled = field_name if presentation_of(field).positional else option_of(field_name, field)
-        typed = pyroshock(*arguments(declared, values, ["--db", url]))
+        store_words = ["--db", url] if declared.uses_store else []
+        typed = pyroshock(*arguments(declared, values, store_words))
         assert typed.exit_code == 2
         assert f"{spelled}{words.removeprefix(field_name)}" in typed.stderr
-    if "json" not in declared.absent:
-        verb, address = declared.route or ("POST", f"/{name}")
-        address = f"/api{address.format(**values)}"
-        answer = (
-            client.get(address, params=values)
-            if verb == "GET"
-            else post_json(client, address, values)
-        )
-        assert answer.status_code == 422
-        assert {"field": field_name, "message": words} in answer.json()["faults"]
-    if "form" not in declared.absent:
-        sent = {key: text_of(part) for key, part in values.items()}
-        action = form_page(declared).action.format(**values)
-        answer = post(client, action, sent, headers={"X-Pyroshock-Form": "1"})
-        assert answer.status_code == 422
-        assert {"field": field_name, "message": words} in answer.json()["faults"]
+    for door, ask in (("json", asked_as_json), ("form", asked_by_form)):
+        if door not in declared.absent:
+            answer = ask(client, declared, values)
+            assert answer.status_code == 422
+            assert {"field": field_name, "message": words} in answer.json()["faults"]
+
+
+def asked_as_json(client: TestClient, declared: Operation[Any, Any], values: Any) -> Any:
+    """The response of the JSON route."""
+    verb, address = declared.route or ("POST", f"/{declared.name}")
+    place = f"/api{address.format(**values)}"
+    if verb == "GET":
+        query = {key: part for key, part in values.items() if f"{{{key}}}" not in address}
+        return client.get(place, params=query)
+    return post_json(client, place, values)
+
+
+def asked_by_form(client: TestClient, declared: Operation[Any, Any], values: Any) -> Any:
+    """The response to the form."""
+    sent = {key: text_of(part) for key, part in values.items()}
+    action = form_page(declared).action.format(**values)
+    return post(client, action, sent, headers={"X-Pyroshock-Form": "1"})
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -211,18 +265,20 @@ def test_a_request_gives_the_same_answer_at_every_door(
         if door in declared.absent:
             continue
         folder = tmp_path / door
+        url = f"sqlite:///{folder / 'lab.db'}"
         if name in FILLED:
             shutil.copytree(request.getfixturevalue("filled_lab"), folder)
-            at_its_place(Registry(storage_for(f"sqlite:///{folder / 'lab.db'}", {})))
+            at_its_place(Registry(storage_for(url, {})))
         folder.mkdir(exist_ok=True)
-        url = f"sqlite:///{folder / 'lab.db'}"
+        if name in DIAGNOSED:
+            filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
         values = {
             key: part.format(folder=folder / "out") if isinstance(part, str) else part
             for key, part in EXAMPLES[name].items()
         }
-        with window(url) as (client, store):
+        with window(url, works=door in ("json", "form")) as (client, store):
             prepare(name, store, url)
-            answer = _answer(door, declared, values, client, store, url, folder)
+            answer = _answer(door, declared, values, client, Library(store, url), folder)
         if answer is not _SEEN_ON_A_PAGE:
             answers[door] = json.loads(
                 json.dumps(lasting(answer), sort_keys=True).replace(str(folder), "FOLDER")
@@ -236,38 +292,31 @@ def _answer(
     declared: Operation[Any, Any],
     values: Mapping[str, Any],
     client: TestClient,
-    store: Store,
-    url: str,
+    library: Library,
     folder: Path,
 ) -> Any:
     """What a door answers, as plain data."""
     if door == "command":
-        files = [
-            part
-            for output in declared.outputs
-            if output.required
-            for part in (f"--{output.name}", folder / f"file{output.endings[0]}")
-        ]
-        typed = run_pyroshock(*arguments(declared, values, [*files, "--json", "--db", url]))
+        words: list[str | Path] = ["--db", library.url] if declared.uses_store else []
+        for output in declared.outputs:
+            if output.required:
+                words += [f"--{output.name}", folder / f"file{output.endings[0]}"]
+        typed = run_pyroshock(*arguments(declared, values, ["--json", *words]))
         return json.loads(typed.stdout)
     if door == "python":
         method: Any = PythonMethod(variant(declared, values), declared)
         method.__set_name__(Library, "method")
         given = {key: part for key, part in values.items() if key != "method"}
-        return method.__get__(Library(store, url))(**given).to_json()
+        made = method.__get__(library)(**given)
+        return made.to_json() if declared.long else made.to_network_json()
     if door == "json":
-        verb, address = declared.route or ("POST", f"/{declared.name}")
-        address = f"/api{address.format(**values)}"
-        answer = (
-            client.get(address, params=dict(values))
-            if verb == "GET"
-            else post_json(client, address, values)
-        )
+        answer = asked_as_json(client, declared, values)
         return ended(client, answer)["result"] if declared.long else answer.json()
-    sent = {key: text_of(part) for key, part in values.items()}
-    answer = post(client, form_page(declared).action.format(**values), sent)
-    assert answer.status_code == 303, answer.text
-    return ended(client, answer)["result"] if declared.long else _SEEN_ON_A_PAGE
+    answer = asked_by_form(client, declared, values)
+    assert answer.status_code == 200 and answer.json()["location"], answer.text
+    if not declared.long:
+        return _SEEN_ON_A_PAGE
+    return ended(client, client.get(f"/api{answer.json()['location']}"))["result"]
 
 
 def lasting(answer: Any) -> Any:
@@ -279,7 +328,7 @@ def lasting(answer: Any) -> Any:
 
 
 def test_every_operation_has_an_example_and_every_door_or_a_reason() -> None:
-    assert set(EXAMPLES) == set(OPERATIONS)
+    assert set(EXAMPLES) | ANSWERED_ELSEWHERE == set(OPERATIONS)
     for declared in operations():
         assert set(declared.absent) <= set(DOORS)
         assert all(len(reason.split()) > 3 for reason in declared.absent.values())

@@ -8,12 +8,14 @@ from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.app.common.number_format import percent
 from pyroshock.app.common.quantities import cell
 from pyroshock.app.operations.sentence import FALLS_SHORT, REACHES
 from pyroshock.app.operations.tune.verdict import (
     answer_sentences,
     best_proposal,
     best_sentences,
+    drawn_share,
     next_steps,
     proposal_row,
     tuning_sentences,
@@ -103,11 +105,17 @@ def test_claims_are_allowed_and_do_not_contradict(data: dict[str, Any]) -> None:
 
 @given(searches())
 def test_all_sentences_are_about_one_setting(data: dict[str, Any]) -> None:
-    best = best_proposal(data)
+    required = data["attainability"]["at_least"]
+    best = next(
+        (row for row in data["proposals"] if row["probability_met"] >= required),
+        next(iter(data["proposals"]), None),
+    )
+    assert best_proposal(data) is best
     if best is None:
         assert best_sentences(data) == []
         return
     row = proposal_row(best, data)
+    assert row["target met"] == percent(drawn_share(best["probability_met"]))
     answer, *_ = answer_sentences(data)
     met = [number for number in answer.numbers if number.key == "probability"][:1]
     if "slightly less" not in answer.text:

@@ -22,7 +22,7 @@ from pyroshock.app.operations.diagnose.report import (
     verdict_of,
     write_page,
 )
-from pyroshock.app.operations.diagnose.summary import summary
+from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.diagnosis.verdict import GapSize, Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_layout import count_pages, words_of

@@ -50,7 +50,7 @@ from pyroshock.app.documents.document import (
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, lay_out, pdf_of
 from pyroshock.app.figures.figure import BandSeries, LineSeries, Plot, PlotAxis, category
-from pyroshock.app.operations.diagnose.wording import shrinkage_line, where_lines
+from pyroshock.app.operations.diagnose.texts import shrinkage_line, where_lines
 from support.checks.pdf_layout import (
     count_pages,
     lines_of,

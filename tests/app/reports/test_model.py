@@ -13,7 +13,7 @@ from pyroshock.app.documents.document import Block, Bullets, ChartRow, Document,
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.figures.agreement import MOST_POINTS
-from pyroshock.app.figures.figure import PointSeries
+from pyroshock.app.figures.figure import LineSeries, PointSeries
 from pyroshock.app.operations.train.wording import share, share_with_range
 from pyroshock.app.report.model import model_document, of_all_splits
 from pyroshock.dataset.table import PulseTable
@@ -70,7 +70,8 @@ def test_figures_are_those_of_the_registry_and_a_law_has_none_of_coverage(lab: M
 
 def test_report_begins_with_what_the_model_is_good_for(lab: ModelLab) -> None:
     lead = report(lab, "linear@1").lead
-    assert lead.startswith("linear@1 predicts the force within ") and " kN (" in lead
+    assert lead.startswith("linear@1 is not usable: its force error on the split ")
+    assert " kN (" in lead
     assert "Its 90 % bands " in lead and "force points" in lead
     assert lead.endswith("It is the model in use for a hammer.")
     law = report(lab, "hann@1")
@@ -118,6 +119,7 @@ def test_predictions_stand_beside_measurements(lab: ModelLab) -> None:
     assert set(contact_time.legend()) == {f"{tip} tip" for tip in tips} and len(tips) > 1
     equal, *curves = coverage.series
     assert [curve.name for curve in curves] == ["force", "contact time"]
+    assert isinstance(equal, LineSeries)
     assert equal.x.tolist() == equal.y.tolist(), "the diagonal"
 
 

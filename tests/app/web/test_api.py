@@ -115,9 +115,7 @@ def test_a_diagnosis_takes_the_effects_to_consider_that_there_are(filled: Lab) -
         "without": ["gun.blow_by"],
     }
     job = ended(filled.client, post_json(filled.client, "/api/diagnoses", question))
-    assert (
-        job["label"] == f"Diagnosis of {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
-    )
+    assert job["label"] == f"Diagnose {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
     assert (job["state"], job["error"]) == ("done", None)
     assert (
         job["result"]["assumptions"][1]
@@ -225,7 +223,7 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/ingest", '{"path": "/etc"}', "/etc"),
     ("/api/ingest", '{"path": "../.."}', "../.."),
     ("/api/diagnoses", '{"campaign": "first-shots", "seed": -1}', "seed"),
-    ("/api/diagnoses", '{"campaign": "first-shots", "with": "gun.valve_flow"}', "with"),
+    ("/api/diagnoses", '{"campaign": "first-shots", "with": {"gun.valve_flow": 1}}', "with"),
     ("/api/models/tree/1/promote", '{"force": true}', "reason"),
 ])  # fmt: skip
 def test_a_bad_write_is_answered_in_words_and_changes_nothing(

@@ -42,12 +42,12 @@ def faults(client: TestClient, address: str, form: dict[str, Any]) -> list[dict[
 
 @pytest.mark.parametrize(("form", "field", "words"), [
     ({"campaign": "winter"}, "campaign", "winter"),
-    ({"campaign": "spring", "gun": "-1"}, "gun", "above 0"),
-    ({"campaign": "spring", "plate": "loud"}, "plate", "'loud'"),
+    ({"campaign": "spring", "tolerances": "gun=-1%"}, "tolerances", "gun=-1%"),
+    ({"campaign": "spring", "tolerances": "plate=loud"}, "tolerances", "plate=loud"),
     ({"campaign": "spring", "uncertain": "friction=1"}, "uncertain", "friction=1"),
     ({"campaign": "spring", "uncertain": "gun.fricton_coefficient=0.1"}, "uncertain", "nearest"),
-    ({"campaign": "spring", "seed": "x"}, "seed", "integer"),
-    ({"campaign": "spring", "simulator": "hybrid"}, "simulator", "NAME@VERSION"),
+    ({"campaign": "spring", "seed": "x"}, "seed", "whole number"),
+    ({"campaign": "spring", "simulator": "hybrid"}, "simulator", "MODEL@VERSION"),
     ({"campaign": "spring", "simulator": "models:/hybrid@9"}, "simulator", "hybrid"),
 ])  # fmt: skip
 def test_a_wrong_value_is_named_at_its_field(
@@ -59,7 +59,7 @@ def test_a_wrong_value_is_named_at_its_field(
 
 def test_the_same_effects_are_not_diagnosed_twice(pages: Window) -> None:
     (fault,) = faults(pages[0], "/diagnoses/1/what-if", {})
-    assert fault["field"] == "with" and "Tick other effects" in fault["message"]
+    assert fault["field"] == "with_effects" and "Tick other effects" in fault["message"]
 
 
 def test_an_unknown_campaign_is_named_beside_the_filter(pages: Window) -> None:
@@ -80,11 +80,14 @@ def test_the_list_shows_sentence_shares_and_causes(pages: Window) -> None:
 def test_the_form_is_filled_with_the_values_of_the_address(pages: Window) -> None:
     text = (
         pages[0]
-        .get("/diagnoses?campaign=spring&gun=2&simulator=models:/gp@1&uncertain=gun.x%3D1")
+        .get(
+            "/diagnoses?campaign=spring&tolerances=gun%3D2%25"
+            "&simulator=models:/gp@1&uncertain=gun.x%3D1"
+        )
         .text
     )
     for part in (
-        'name="gun" inputmode="decimal" size="6" placeholder="1" value="2"',
+        'name="tolerances" type="text" value="gun=2%"',
         'value="models:/gp@1"',
         "gun.x=1<",
     ):

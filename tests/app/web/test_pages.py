@@ -12,8 +12,8 @@ from urllib.parse import quote
 
 import pytest
 from pyroshock.app.operations.diagnose.diagnosing import keep
+from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
-from pyroshock.app.operations.diagnose.summary import summary
 from pyroshock.app.operations.train.compare import MOST_COMPARED
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
@@ -339,17 +339,17 @@ def test_an_unknown_contact_of_a_validation_stands_at_its_field(filled: Lab, con
     ("/models/tree/1/promote", {"reason": "  "}, 422, "reason is missing"),
     ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 404, "winter"),
     ("/models/forest/1/promote", {"reason": "x"}, 404, "forest"),
-    ("/datasets", {"name": " ", "campaigns": HAMMER}, 422, "Enter a name"),
-    ("/datasets", {"name": "x"}, 422, "at least one campaign"),
-    ("/datasets", {"name": "x", "campaigns": "winter"}, 422, "winter"),
+    ("/datasets", {"name": " ", "campaigns": HAMMER}, 422, "name is missing"),
+    ("/datasets", {"name": "x"}, 422, "campaigns is missing"),
+    ("/datasets", {"name": "x", "campaigns": "winter"}, 404, "winter"),
     ("/datasets", {"name": "x", "campaigns": HAMMER, "quality": "best"}, 422, "quality"),
     ("/models/train", {"dataset": DATASET}, 422, "models is missing"),
-    ("/models/train", {"dataset": DATASET, "models": "forest"}, 422, "forest"),
+    ("/models/train", {"dataset": DATASET, "models": "forest"}, 404, "forest"),
     ("/models/train", {"dataset": "winter", "models": "tree"}, 404, "winter"),
     ("/models/train", {"dataset": DATASET, "models": "tree", "split": "halves"}, 422, "halves"),
     ("/diagnoses", {"campaign": "winter"}, 404, "winter"),
     ("/diagnoses", {"campaign": "/etc"}, 404, "/etc"),
-    ("/diagnoses", {"campaign": GUN, "gun": "-1"}, 422, "-1"),
+    ("/diagnoses", {"campaign": GUN, "tolerances": "gun=-1%"}, 422, "-1"),
     ("/diagnoses", {"campaign": GUN, "uncertain": "friction=1"}, 422, "friction=1"),
     ("/diagnoses/1/adopt", {"effect": "gun.magic"}, 404, "gun.magic"),
     ("/diagnoses/1/what-if", {"with": "gun.magic"}, 404, "gun.magic"),
@@ -620,7 +620,8 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
 ) -> None:
     rows = filled.rows()
     job = done(
-        filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"})
+        filled,
+        post(filled.client, "/diagnoses", {"campaign": GUN, "tolerances": "gun=2%", "seed": "1"}),
     )
     assert filled.added(rows) == {"diagnoses": 1}
     page = filled.client.get(job["address"])
@@ -628,22 +629,25 @@ def test_a_campaign_is_diagnosed_and_again_with_the_ticked_effects_and_the_same_
     with filled.store.reading() as session:
         assert session.get_one(Diagnosis, job["result"]["id"]).report["campaign"] == GUN
     first = job["result"]["id"]
-    boxes = {"with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
+    boxes = {
+        "with_effects": ["gun.valve_flow", "gun.blow_by"],
+        "without_effects": ["gun.blow_by"],
+    }
     second = done(filled, post(filled.client, f"/diagnoses/{first}/what-if", boxes))["result"]["id"]
     with filled.store.reading() as session:
         before, after = kept_options(session, first), kept_options(session, second)
         report = kept_report(session, second)
     assert (before["tolerances"], before["seed"]) == ({"gun": 0.02}, 1)
-    assert after == {**before, "with_effects": boxes["with"], "without_effects": boxes["without"]}
+    assert after == {**before, **boxes}
     assert "gun.barrel_loss" not in str(report["causes"])
     restricted = Page(filled.client.get(f"/diagnoses/{second}").text)
     ticked = sorted(
         (box["name"], box["value"]) for box in restricted.of("input") if "checked" in box
     )
     assert ticked == [
-        ("with", "gun.blow_by"),
-        ("with", "gun.valve_flow"),
-        ("without", "gun.blow_by"),
+        ("with_effects", "gun.blow_by"),
+        ("with_effects", "gun.valve_flow"),
+        ("without_effects", "gun.blow_by"),
     ]
     assert (
         "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect."
@@ -661,7 +665,7 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     path, shares = charts[:2]
     assert path.startswith("The path of the model error: ") and "what remains" in path
     assert shares.startswith("Shares of the effects: ") and "unexplained" in shares
-    boxes = {box["value"] for box in page.of("input") if box.get("name") == "with"}
+    boxes = {box["value"] for box in page.of("input") if box.get("name") == "with_effects"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
     for name in ("gun.valve_flow+gun.back_pressure+gun.blow_by", "gun.blow_by"):
@@ -716,11 +720,11 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
         found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
 
-        def search(step: Any) -> Any:
+        def run(step: Any) -> Any:
             step(1, 1, "found")
             return found
 
-        return SimpleNamespace(goal=goal, notes=("a note",), run=search)
+        return SimpleNamespace(goal=goal, notes=("a note",), run=run)
 
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
@@ -731,8 +735,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     sent = {"target.file": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}
     job = done(filled, post(filled.client, "/tune", fields, files=sent))
-    search, twin = asked[0]
-    assert (twin.contact, search.at_least, search.share) == ("hertz", 0.6, 0.95)
+    wanted, twin = asked[0]
+    assert (twin.contact, wanted.at_least, wanted.share) == ("hertz", 0.6, 0.95)
     page = filled.client.get(job["address"])
     assert (
         page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text

@@ -12,15 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ....schema.addresses import address_for_display
-from ...common.progress import progress_bar
-from ...figures.matplotlib_renderer import write_figure
-from ..command_line.common import json_option, note, open_command_store, print_table, write_json
+from ...schema.addresses import address_for_display
+from ..common.progress import progress_bar
+from ..doors.command_line.common import (
+    json_option,
+    note,
+    open_command_store,
+    print_table,
+    write_json,
+)
+from ..figures.matplotlib_renderer import write_figure
 
 if TYPE_CHECKING:
-    from ....schema.session import Store
-    from ...demo.chapters import TrainedModel
-    from ...demo.demo import GunComparison
+    from ...schema.session import Store
+    from .chapters import TrainedModel
+    from .demo import GunComparison
 
 #: The rehearsal's run sheet, among the results.
 SHEET = "rehearsal-sheet.html"
@@ -125,9 +131,9 @@ class _Story:
 
 
 def _measured_shots(story: _Story) -> None:
-    from ...demo import demo as job
-    from ...operations.predict.figures import prediction_figure
-    from ...operations.predict.tables import quantity_rows
+    from ..operations.predict.figures import prediction_figure
+    from ..operations.predict.tables import quantity_rows
+    from . import demo as job
 
     for report in job.ingest_examples(story.store):
         note(f"ingested {report.campaign}: {report.total_words}")
@@ -161,7 +167,7 @@ def _measured_shots(story: _Story) -> None:
 
 
 def _error_lines(comparison: GunComparison) -> tuple[str, str]:
-    from ...demo.demo import DRY_FRICTION, STATED_TRAVEL_M
+    from .demo import DRY_FRICTION, STATED_TRAVEL_M
 
     gun = comparison.gun
     return (
@@ -175,9 +181,9 @@ def _error_lines(comparison: GunComparison) -> tuple[str, str]:
 
 
 def _virtual_campaign(story: _Story) -> None:
-    from ....doe.plans import read_plan
-    from ....doe.sheet import write_sheet
-    from ...demo.virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
+    from ...doe.plans import read_plan
+    from ...doe.sheet import write_sheet
+    from .virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
 
     with progress_bar(f"Simulating {REHEARSAL.name}", "recordings") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
@@ -202,8 +208,8 @@ def _virtual_campaign(story: _Story) -> None:
 
 
 def _contact_model(story: _Story) -> None:
-    from ...common.model_registry import MissingExtraError
-    from ...demo.chapters import model_figure, train_model
+    from ..common.model_registry import MissingExtraError
+    from .chapters import model_figure, train_model
 
     try:
         with progress_bar("Training a model", "models") as step:
@@ -219,7 +225,7 @@ def _contact_model(story: _Story) -> None:
 
 
 def _model_sentences(model: TrainedModel) -> tuple[str, str]:
-    from ...demo.chapters import METRIC, MODEL
+    from .chapters import METRIC, MODEL
 
     error = model.version.metrics[METRIC]
     return (
@@ -232,7 +238,7 @@ def _model_sentences(model: TrainedModel) -> tuple[str, str]:
 
 
 def _validation(story: _Story) -> None:
-    from ...demo.chapters import validate_model, validation_figure, validation_json
+    from .chapters import validate_model, validation_figure, validation_json
 
     with progress_bar("Validating the predictions", "shots") as step:
         validation = validate_model(story.store, story.url, step)
@@ -246,7 +252,8 @@ def _validation(story: _Story) -> None:
 
 
 def _gap(story: _Story) -> None:
-    from ...demo.chapters import (
+    from ..operations.diagnose.wording import effect_subject
+    from .chapters import (
         CHANGED,
         EFFECT,
         STRENGTH,
@@ -254,8 +261,7 @@ def _gap(story: _Story) -> None:
         diagnosis_figure,
         diagnosis_json,
     )
-    from ...demo.virtual_campaign import fire_campaign
-    from ...operations.diagnose.wording import effect_subject
+    from .virtual_campaign import fire_campaign
 
     with progress_bar(f"Simulating {CHANGED.name}", "recordings") as step:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
