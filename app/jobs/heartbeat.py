@@ -18,7 +18,7 @@ from ...schema.base import to_plain
 from ...schema.engine import StoreError
 from ...schema.jobs import DONE, FAILED, STOPPED, WAITING, Job
 from ...schema.session import Store
-from .kind import InterruptedWorkError, Result, StoppedError
+from .kind import InterruptedWorkError, JobResult, StoppedError
 from .lease import Lease, LeaseLostError, change
 
 
@@ -62,7 +62,7 @@ def _sign(session: Session, lease: Lease) -> Sign:
     return Sign(stop is not None, bool(stop))
 
 
-def finish(session: Session, lease: Lease, result: Result, progress: JobProgress) -> None:
+def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgress) -> None:
     """The job is done, in the transaction that stores the last of its work. Raises
     `LeaseLostError`."""
     columns = {

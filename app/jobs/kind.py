@@ -30,7 +30,7 @@ class NotHereError(Exception):
 
 
 @dataclass(frozen=True)
-class Result:
+class JobResult:
     """Where to see what a job did (an address of a page), what to say of it, and it as plain data
     for scripts."""
 
@@ -41,7 +41,7 @@ class Result:
 
 #: Writes what must not be written twice, and tells the result: called within the transaction that
 #: ends the job, and again where that was rolled back.
-Ending = Callable[[], Result]
+Ending = Callable[[], JobResult]
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,6 @@ class Kind(Generic[Arguments]):
         return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
 
 
-def ending_of(result: Result) -> Ending:
+def ending_of(result: JobResult) -> Ending:
     """The ending of work that has stored everything already, each row under its natural key."""
     return lambda: result

@@ -11,8 +11,7 @@ from ..operations.faults import read, read_variant
 from ..operations.form import form_page, texts_of
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request, Result
-from .kind import Ending, JobForm, Kind, RunningJob
-from .kind import Result as JobResult
+from .kind import Ending, JobForm, JobResult, Kind, RunningJob
 
 
 def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:

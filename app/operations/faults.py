@@ -127,8 +127,8 @@ def _fault(item: Any, request: type[Request]) -> Fault:
     if kind == "missing":
         return Fault(name, f"{name} is missing; expected {expectation(field)}")
     if kind == "extra_forbidden":
-        known = ", ".join(field for field in request.model_fields if field != "method")
-        return Fault(name, f"{name} is not known; known: {known}")
+        field_names = ", ".join(field for field in request.model_fields if field != "method")
+        return Fault(name, f"{name} is not known; known: {field_names}")
     expected = expectation(field) if field is not None else item["msg"]
     return Fault(name, f"{name} is {_shown(value, field)}; expected {expected}")
 

@@ -200,5 +200,5 @@ def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> di
         or not operation.variants
         or request.model_fields["method"].default == method
     ] or operation.requests()
-    known = {name for request in requests for name in request.model_fields}
-    return {name: value for name, value in values.items() if name in known}
+    field_names = {name for request in requests for name in request.model_fields}
+    return {name: value for name, value in values.items() if name in field_names}

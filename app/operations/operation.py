@@ -55,7 +55,7 @@ class Request(BaseModel):
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """Rows of a result. Keys are names of quantities with their SI unit at the end, or words.
 
     `empty` is what stands in the place of a table without rows.
@@ -100,7 +100,7 @@ class Result:
         """The answer in words."""
         return ()
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """The answer in rows, and what is said of its parts."""
         return ()
 
@@ -149,9 +149,9 @@ class Rows(Result):
     rows: Sequence[Mapping[str, Any]]
     empty: str
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The one table."""
-        return (Table("", [self.shortened(row) for row in self.rows], self.empty),)
+        return (ResultTable("", [self.shortened(row) for row in self.rows], self.empty),)
 
     def shortened(self, row: Mapping[str, Any]) -> dict[str, Any]:
         """A row as a table of limited width shows it."""

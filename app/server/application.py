@@ -262,8 +262,8 @@ def error_response(
     why = without_secrets(why)
     listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
     if is_form(request):
-        told = listed or [{"field": field, "message": why}]
-        return JSONResponse({"faults": told}, status, headers)
+        messages = listed or [{"field": field, "message": why}]
+        return JSONResponse({"faults": messages}, status, headers)
     if request.url.path.startswith("/api"):
         by_field = {"faults": listed} if listed else {}
         return JSONResponse({"detail": why, **by_field}, status, headers)

@@ -288,7 +288,7 @@ def test_recorded_campaign_works_the_plan_off(url, tmp_path):
 def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
     done("import", "p", table(tmp_path / "in.csv"), "--repetitions", "4", "--db", url)
     result = plan("augment", "p", "--db", url)
-    assert result.exit_code == 2 and "--runs N" in result.stderr
+    assert result.exit_code == 2 and "--runs is missing, and" in result.stderr
     done("augment", "p", "--runs", "1", "--db", url)
     done("augment", "p", "--runs", "1", "--repetitions", "2", "--db", url)
     with opened(url) as store, store.reading() as session:

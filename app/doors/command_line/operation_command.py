@@ -57,7 +57,7 @@ def command_of(
 ) -> click.Command:
     """The command of an operation, or of the variant of it that `request` is; `name` is its last
     word where it has several."""
-    asked = request or operation.request
+    typed_request = request or operation.request
 
     def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
         files = {}
@@ -71,7 +71,9 @@ def command_of(
         executor = given.pop("executor", None)
         dry_run = given.pop("dry_run", False)
         listing = given.pop("listing", None)
-        _perform(operation, asked, _stated(given), files, db, json_to, executor, dry_run, listing)
+        _perform(
+            operation, typed_request, _stated(given), files, db, json_to, executor, dry_run, listing
+        )
 
     function: Any = db_option(call) if operation.uses_store else call
     function = listing_options(function) if operation.listing else json_option(function)
@@ -83,11 +85,11 @@ def command_of(
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
-    for name, field in reversed(asked.model_fields.items()):
+    for name, field in reversed(typed_request.model_fields.items()):
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
-    word = name or _words(operation, asked)[-1]
-    return click.command(word, cls=_WordsCommand, help=_help(operation, asked))(function)
+    word = name or _words(operation, typed_request)[-1]
+    return click.command(word, cls=_WordsCommand, help=_help(operation, typed_request))(function)
 
 
 class _WordsCommand(click.Command):
@@ -251,25 +253,25 @@ def _perform(
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
-        asked = read(request, values, "command")
+        typed_request = read(request, values, "command")
         for output, path in files.items():
             if output.check is not None:
                 output.check(path)
-    progress = progress_bar(operation.title(asked), operation.steps)
+    progress = progress_bar(operation.title(typed_request), operation.steps)
     with _opened(operation, db) as store:
         laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
         if operation.check is not None:
             with _faults_as_options(request):
-                operation.check(asked, laboratory)
+                operation.check(typed_request, laboratory)
         if operation.deletes is not None:
-            lost = operation.deletes(asked, laboratory)
+            lost = operation.deletes(typed_request, laboratory)
             if dry_run:
                 note(f"{lost} can be deleted; nothing was deleted")
                 return
             confirm_deletion(lost)
         try:
             with progress as step:
-                result = operation.answer(asked, laboratory, step)
+                result = operation.answer(typed_request, laboratory, step)
         except NegativeAnswerError as error:
             note(str(error))
             raise click.exceptions.Exit(1) from error

@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from ....schema.provenance import Tombstone
 from ....training.registry.model_storage import storage_for
-from ..kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, JobResult, Kind, NotHereError, RunningJob, ending_of
 from .ingest import discard, is_scratch
 
 
@@ -52,7 +52,7 @@ def _archive(work: RunningJob, arguments: ArchiveArguments) -> Ending:
             work.store, work.db, arguments.campaign, out, arguments.reason, _steps(work, "rows")
         )
     return ending_of(
-        Result(
+        JobResult(
             "/deleted", f"Campaign {arguments.campaign} was archived in {out}.", {"file": str(out)}
         )
     )
@@ -104,11 +104,11 @@ def _restore(work: RunningJob, arguments: RestoreArguments) -> Ending:
     if not allowed:
         raise NotHereError(f"this worker may not read {file}, or it is not there any more")
 
-    def restored() -> Result:
+    def restored() -> JobResult:
         stone = restore_campaign(work.store, file)
         campaign = stone["campaign"]
         words = f"Campaign {campaign} is in the store again, {sum(stone['added'].values())} rows."
-        return Result(
+        return JobResult(
             f"/campaigns/{quote(campaign, safe='')}", " ".join([words, *stone["notes"]]), stone
         )
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlencode
 
-from ..kind import Ending, JobForm, Kind, NotHereError, Result, RunningJob, ending_of
+from ..kind import Ending, JobForm, JobResult, Kind, NotHereError, RunningJob, ending_of
 
 if TYPE_CHECKING:
     from ....ingest.storing.plan_link import PlanLinks
@@ -110,7 +110,7 @@ def _ingest_do(work: RunningJob, arguments: IngestArguments) -> Ending:
         report.findings += links.as_findings()
     data = report.as_json()
     return ending_of(
-        Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data)
+        JobResult(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data)
     )
 
 
@@ -169,7 +169,7 @@ def _check_do(work: RunningJob, arguments: IngestArguments) -> Ending:
     checked = dry_run(work.store, folder, options, work.step)
     if checked.faults:
         _after(arguments)  # nobody can store it
-    return ending_of(Result(f"/ingest/checks/{work.job}", checked.sentence, checked.as_json()))
+    return ending_of(JobResult(f"/ingest/checks/{work.job}", checked.sentence, checked.as_json()))
 
 
 #: Its upload stays, so that it can be stored.
@@ -197,7 +197,7 @@ def _do(work: RunningJob, arguments: ExtractArguments) -> Ending:
         f"in use{skipped_text}"
     )
     return ending_of(
-        Result(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json())
+        JobResult(f"/campaigns/{quote(arguments.campaign, safe='')}", words, report.as_json())
     )
 
 

@@ -12,7 +12,15 @@ from ...common.plan_tables import cells_of, plan_as_json, settings_in_si, write_
 from ..faults import FieldError
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, NegativeAnswerError, Operation, Output, Progress, Request, Table
+from ..operation import (
+    FormPage,
+    NegativeAnswerError,
+    Operation,
+    Output,
+    Progress,
+    Request,
+    ResultTable,
+)
 from ..plan.service import PlannedDesign
 from . import diagnosing
 from .adopt import DiagnosisNumber, diagnosis_field
@@ -67,13 +75,13 @@ class DiscriminatingPlan(PlannedDesign):
         why = map(spell_sets, (*self.reasons, *self.left_out))
         return (*why, f"plan {self.name}: {len(self)} runs")
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The settings and repetitions of every run."""
         rows = (
             {"run": run.run, **settings_in_si(cells_of(run)), "repetitions": run.repetitions}
             for run in self.stored.runs
         )
-        return (Table("", tuple(rows), "no runs"),)
+        return (ResultTable("", tuple(rows), "no runs"),)
 
     def to_json(self) -> dict[str, Any]:
         """The plan, and which runs it lacks."""

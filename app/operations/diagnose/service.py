@@ -11,7 +11,7 @@ from ...common.errors import argument_names
 from ...common.frames import frame_of, titled_table
 from ...figures.figure import DIMENSIONLESS, BarSeries, ColourRole, Plot, PlotAxis, as_floats
 from ...figures.matplotlib_renderer import plot_on
-from ..operation import Lines, Result, Table
+from ..operation import Lines, Result, ResultTable
 from ..sentence import Sentence
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class GapDiagnosis(Result):
         restrictions = map(Sentence, restrictions_among(self.verdict.assumptions))
         return (*restrictions, *answer(self.verdict))
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """Size, effects, path, causes and places of the model error, and what to do next."""
         from .tables import tables
 

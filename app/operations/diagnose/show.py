@@ -11,7 +11,7 @@ from pydantic import Field
 from ...common.number_format import percent
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Lines, Operation, Progress, Request, Result, Rows, Table
+from ..operation import Lines, Operation, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Sentence
 from .adopt import DiagnosisNumber, diagnosis_field
 from .service import GapDiagnosis
@@ -94,7 +94,7 @@ class StoredDiagnosis(Result):
         """As they were reported."""
         return self.complete.sentences()
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """As they were reported."""
         return self.complete.tables()
 

@@ -11,7 +11,7 @@ from ....diagnosis.verdict import CORRECTED, Verdict
 from ...common.number_format import number, percent, percent_range, times
 from ...common.quantities import cell, display_of
 from ...twins.adopted_effects import offered
-from ..operation import Lines, Table
+from ..operation import Lines, ResultTable
 from .recommendations import gone_with, next_experiment, next_steps
 from .statements import own_error
 from .wording import (
@@ -27,22 +27,22 @@ from .wording import (
 Row = dict[str, Any]
 
 
-def tables(verdict: Verdict) -> tuple[Table | Lines, ...]:
+def tables(verdict: Verdict) -> tuple[ResultTable | Lines, ...]:
     """All of a diagnosis but its first sentences; what there is nothing of is left out."""
-    parts: tuple[Table | Lines, ...] = (
+    parts: tuple[ResultTable | Lines, ...] = (
         Lines("What to do next", next_steps(verdict)),
-        Table("Size of the model error", tuple(_sizes(verdict))),
+        ResultTable("Size of the model error", tuple(_sizes(verdict))),
         *_effects(verdict),
-        Table("Sets of effects of which at least one acts", tuple(_sets(verdict))),
-        Table(
+        ResultTable("Sets of effects of which at least one acts", tuple(_sets(verdict))),
+        ResultTable(
             "Path of the model error on configurations that the fit has not seen",
             tuple(_path(verdict)),
         ),
-        Table("Causes", tuple(_causes(verdict))),
-        Table("Where the error lies", tuple(_places(verdict))),
-        Table("On configurations that the fit has not seen", tuple(_held_out(verdict))),
+        ResultTable("Causes", tuple(_causes(verdict))),
+        ResultTable("Where the error lies", tuple(_places(verdict))),
+        ResultTable("On configurations that the fit has not seen", tuple(_held_out(verdict))),
         Lines("The next experiment", next_experiment(verdict)),
-        Table("Runs of the next experiment", tuple(_next_runs(verdict))),
+        ResultTable("Runs of the next experiment", tuple(_next_runs(verdict))),
         Lines("Assumptions", verdict.assumptions),
     )
     return tuple(part for part in parts if isinstance(part, Lines) or part.rows)
@@ -73,7 +73,7 @@ def _ratio(size: float, scale: float) -> str:
     return times(size / scale) if scale > 0 and math.isfinite(size / scale) else ""
 
 
-def _effects(verdict: Verdict) -> Iterator[Table | Lines]:
+def _effects(verdict: Verdict) -> Iterator[ResultTable | Lines]:
     from .report import EFFECT_COLUMNS, GAIN, effect_rows
 
     if not verdict.effects:
@@ -91,7 +91,7 @@ def _effects(verdict: Verdict) -> Iterator[Table | Lines]:
     yield Lines("Effects (share of the squared error)", remarks)
     rows = (dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict))
     columns = [column for column in EFFECT_COLUMNS if column != "name"]
-    yield Table("", tuple({column: row[column] for column in columns} for row in rows))
+    yield ResultTable("", tuple({column: row[column] for column in columns} for row in rows))
 
 
 def _sets(verdict: Verdict) -> Iterator[Row]:

@@ -16,7 +16,7 @@ from ....doe.plans import read_plan
 from ....doe.space import Space
 from ..fields import Presentation, TextFile, request_field, source_of
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Result, Table
+from ..operation import Operation, Output, Progress, Result, ResultTable
 from ..sentence import Sentence
 from .quality import Designs, figures_as_json, judged_designs, tables, verdict_lines
 from .status import NamedPlan
@@ -61,10 +61,11 @@ class JudgedPlan(Result):
         """The verdict of each design, with its reasons and their cures."""
         return tuple(map(Sentence, verdict_lines(self.judged)))
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """Figures, power, confounding with time, and counts of levels."""
         return tuple(
-            Table(title, rows, "nothing to show") for title, rows in tables(self.space, self.judged)
+            ResultTable(title, rows, "nothing to show")
+            for title, rows in tables(self.space, self.judged)
         )
 
     def figure(self) -> PlotGrid:

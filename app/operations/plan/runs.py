@@ -13,6 +13,7 @@ from pydantic import Field
 
 from ....doe.plans import StoredPlan, StoredRun, read_plan, tick_run
 from ...common.plan_tables import write_table
+from ..faults import Fault, RequestError
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Output, Progress, Request, Result
@@ -150,16 +151,27 @@ class ExtendedPlan(PlannedDesign):
         return (f"plan {self.name}: added runs {', '.join(map(str, self.added))}",)
 
 
+def _check(request: PlanExtension, laboratory: Laboratory) -> None:
+    with laboratory.store.reading() as session:
+        _runs_to_add(request, read_plan(session, request.name))
+
+
+def _runs_to_add(request: PlanExtension, stored: StoredPlan) -> int:
+    runs = request.runs or sum(run.status == "discarded" for run in stored.runs)
+    if not runs:
+        message = (
+            f"runs is missing, and plan {request.name!r} has no discarded runs to replace; "
+            "expected how many to add"
+        )
+        raise RequestError([Fault("runs", message)])
+    return runs
+
+
 def _draft(request: PlanExtension, laboratory: Laboratory, progress: Progress) -> PlanAddition:
     progress(0, 0, "balancing the runs")
     with laboratory.store.reading() as session:
         stored = read_plan(session, request.name)
-    runs = request.runs or sum(run.status == "discarded" for run in stored.runs)
-    if not runs:
-        raise ValueError(
-            f"runs is missing, and plan {request.name!r} has no discarded runs to replace; "
-            "expected how many to add"
-        )
+    runs = _runs_to_add(request, stored)
     repetitions = request.repetitions or mode(run.repetitions for run in stored.runs)
     gun = gun_bench(request.gun)
     return draft_addition(laboratory.store, stored, runs, repetitions, request.seed, gun)
@@ -176,6 +188,7 @@ PLAN_AUGMENT: Operation[PlanExtension, ExtendedPlan] = Operation(
     request=PlanExtension,
     run=_draft,
     keep=_extend,
+    check=_check,
     long=True,
     help="Add runs to a plan, so that they balance best what was recorded and what is still to do.",
     example='pyroshock plan discard rehearsal 17 --reason "tip broke"\n'

@@ -14,7 +14,7 @@ from ...common.errors import raises_library_errors
 from ...common.frames import frame_of, step_bar, titled_table
 from ...common.plan_tables import cells_of, plan_as_json, settings_in_si
 from ...figures.matplotlib_renderer import plot_on
-from ..operation import Result, Table
+from ..operation import Result, ResultTable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -116,10 +116,10 @@ class PlannedDesign(Result):
     def _made_by(self) -> str:
         return self.method if self.seed is None else f"{self.method}, seed {self.seed}"
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The settings of every run, in order of run."""
         rows = ({"run": run.run, **settings_in_si(cells_of(run))} for run in self.stored.runs)
-        return (Table("", tuple(rows), "no runs"),)
+        return (ResultTable("", tuple(rows), "no runs"),)
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock plan status --json` prints it: numbers in SI, the unit in the key."""

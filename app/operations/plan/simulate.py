@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,11 +24,14 @@ if TYPE_CHECKING:
 def _strength(field: str, effect: str, value: Any) -> float:
     """1 where none is given: the strength of a realistic bench."""
     try:
-        return 1.0 if value == "" else float(value)
+        strength = 1.0 if value == "" else float(value)
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"{field} is '{effect}={value}'; expected NAME=STRENGTH, such as gun.blow_by=2"
         ) from error
+    if not math.isfinite(strength):
+        raise ValueError(f"{field} is '{effect}={value}'; expected a finite strength")
+    return strength
 
 
 class Simulation(Request):

@@ -13,7 +13,7 @@ from ....doe.plans import StoredPlan, list_plans, read_plan
 from ...common.plan_tables import plan_as_json, run_counts, settings_in_si
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Request, Result, Rows, Table
+from ..operation import Operation, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
 
 #: The name of a stored plan, as the first word behind the command.
@@ -70,8 +70,8 @@ class PlanStatus(Result):
             ),
         )
 
-    def tables(self) -> Sequence[Table]:
-        """The counts of runs, and a row for each."""
+    def tables(self) -> Sequence[ResultTable]:
+        """A row for each run; the sentence has their counts."""
         rows = [
             {
                 "run": run.run,
@@ -82,7 +82,7 @@ class PlanStatus(Result):
             }
             for run in self.stored.runs
         ]
-        return (Table("", [run_counts(self.stored)]), Table("", rows, "no runs"))
+        return (ResultTable("", rows, "no runs"),)
 
     def to_json(self) -> dict[str, Any]:
         """The plan with its runs in order."""

@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from ..faults import about
 from ..fields import Names, Presentation, Seed, request_field, source_of
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Progress, Request, Result, Table
+from ..operation import FormPage, Operation, Progress, Request, Result, ResultTable
 
 if TYPE_CHECKING:
     from ....dataset.snapshot import Built
@@ -127,7 +127,7 @@ class BuiltDataset(Result):
         other = "" if name == self.name else f" under the name {name}"
         return f"dataset {self.name}: this content is frozen already{other}; nothing was added"
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """None: the notes say all."""
         return ()
 

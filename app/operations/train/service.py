@@ -23,7 +23,7 @@ from ...figures.figure import (
     as_floats,
 )
 from ...figures.matplotlib_renderer import plot_on
-from ..operation import Result, Table
+from ..operation import Result, ResultTable
 from ..sentence import Sentence
 from .charts import difference_series
 
@@ -125,11 +125,11 @@ class TrainingRuns(Result):
             f"{_models(self.trained)} trained now; {_models(earlier)} registered already",
         )
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The models, the best first, with their figures on every split."""
         from .tables import table_of
 
-        return (Table("", table_of(self.versions, self.floors), "nothing was trained"),)
+        return (ResultTable("", table_of(self.versions, self.floors), "nothing was trained"),)
 
     def to_json(self) -> list[dict[str, Any]]:
         """A row for each version, as `pyroshock train --json` prints it."""
@@ -247,12 +247,12 @@ class ModelComparison(Result):
 
         return tuple(comparison_sentences(self.plain, self.metrics))
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """Mean errors, differences, and the settings of each training."""
         from .wording import comparison_tables
 
         settings = self.plain["settings"]
-        of_settings = [Table("Settings of each training", settings)] if settings else []
+        of_settings = [ResultTable("Settings of each training", settings)] if settings else []
         return [*comparison_tables(self.plain, self.metrics), *of_settings]
 
     def to_json(self) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Output, Progress, Request, Result, Rows, Table
+from ..operation import FormPage, Operation, Output, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
 from .service import FrozenDataset
 
@@ -94,7 +94,7 @@ class ShownDataset(Result):
             ),
         )
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """What was left out, splits, ranges and correlations of the predictors."""
         from .datasets import correlation_rows, range_rows
 
@@ -103,11 +103,11 @@ class ShownDataset(Result):
         sources = {"quality": shown["quality"], "hash": shown["hash"][:12]}
         extractions = ", ".join(key[:12] for key in shown["extractions"])
         return (
-            Table("Content", [{**counts, **sources, "extractions": extractions}]),
-            Table("Left out", shown["left_out"], "nothing was left out"),
-            Table("Splits", shown["splits"], "too few pulses for any split"),
-            Table("Predictors", range_rows(self.snapshot), "no predictors"),
-            Table("Correlations", correlation_rows(self.snapshot), "no predictors"),
+            ResultTable("Content", [{**counts, **sources, "extractions": extractions}]),
+            ResultTable("Left out", shown["left_out"], "nothing was left out"),
+            ResultTable("Splits", shown["splits"], "too few pulses for any split"),
+            ResultTable("Predictors", range_rows(self.snapshot), "no predictors"),
+            ResultTable("Correlations", correlation_rows(self.snapshot), "no predictors"),
         )
 
     def figures(self) -> Sequence[Figure]:
@@ -133,12 +133,12 @@ class PulseOrigin(Result):
 
     origin: Any
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """A row for each file, or for each fact of the pulse."""
         if isinstance(self.origin, list):
-            return (Table("", self.origin, "no pulses"),)
+            return (ResultTable("", self.origin, "no pulses"),)
         rows = [{"of": name, "value": str(value)} for name, value in self.origin.items()]
-        return (Table("", rows, "nothing"),)
+        return (ResultTable("", rows, "nothing"),)
 
     def to_json(self) -> Any:
         """Facts of the pulse, or a list of files."""

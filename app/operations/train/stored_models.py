@@ -11,7 +11,7 @@ from pydantic import Field
 
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, Table
+from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, ResultTable
 from ..sentence import Sentence
 from .promote import NamedVersion
 
@@ -64,7 +64,7 @@ class ModelVersion(Result):
 
         return version_sentences(self.row)
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """Figures, settings, and what each search tried."""
         from .searches import importance_of, importance_sentence, search_sentence, settings_rows
         from .wording import version_tables
@@ -79,7 +79,11 @@ class ModelVersion(Result):
                 importance_sentence(search, importance_of(search)),
             )
         ]
-        return (*version_tables(self.row), Table("Settings", settings, none), Lines("", lines))
+        return (
+            *version_tables(self.row),
+            ResultTable("Settings", settings, none),
+            Lines("", lines),
+        )
 
     def figures(self) -> Sequence[Figure]:
         """The trials of its searches, where it has any."""

@@ -14,7 +14,7 @@ from typing import Any
 from ....training.evaluation.gate import LARGEST_ERROR, LIMIT_WORDS, find_unusable
 from ...common.number_format import NOTHING, error_percent, format_number, percent
 from ...common.quantities import heading
-from ..operation import Table
+from ..operation import ResultTable
 from ..sentence import (
     BETTER,
     EQUAL,
@@ -212,7 +212,7 @@ def _band_sentences(row: Mapping[str, Any]) -> Iterator[Sentence]:
         )
 
 
-def version_tables(row: Mapping[str, Any]) -> list[Table]:
+def version_tables(row: Mapping[str, Any]) -> list[ResultTable]:
     """The figures of a version, and the limits of a usable one."""
     rows: list[dict[str, Any]] = []
     for name, metric in row["metrics"].items():
@@ -235,7 +235,7 @@ def version_tables(row: Mapping[str, Any]) -> list[Table]:
         for words, limit in limits.items()
         if limit is not None
     ]
-    return [Table("Means over the held-out pulses, with 90 % intervals", rows)]
+    return [ResultTable("Means over the held-out pulses, with 90 % intervals", rows)]
 
 
 # --- versions beside each other
@@ -415,7 +415,7 @@ def common_split(comparison: Mapping[str, Any]) -> str:
     return splits.pop() if len(splits) == 1 else ""
 
 
-def comparison_tables(comparison: Mapping[str, Any], metrics: Sequence[str]) -> list[Table]:
+def comparison_tables(comparison: Mapping[str, Any], metrics: Sequence[str]) -> list[ResultTable]:
     """The mean errors, the differences of each pair, and those of groups beyond chance."""
     models, differences = comparison["models"], comparison["differences"]
     exceeded = any(model["exceeded_limit"] for model in models)
@@ -439,10 +439,10 @@ def comparison_tables(comparison: Mapping[str, Any], metrics: Sequence[str]) -> 
         for group in row["where"]
     ]
     tables = [
-        Table("Mean errors on the pulses in common", rows),
-        Table("Differences of each pair, with 90 % intervals", leads),
+        ResultTable("Mean errors on the pulses in common", rows),
+        ResultTable("Differences of each pair, with 90 % intervals", leads),
     ]
-    return tables + ([Table("Groups that differ beyond chance", groups)] if groups else [])
+    return tables + ([ResultTable("Groups that differ beyond chance", groups)] if groups else [])
 
 
 #: What each shipped model of `training.models.catalogue` is, for a person who chooses.

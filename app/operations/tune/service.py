@@ -16,7 +16,7 @@ from ...common.errors import argument_names, library_errors
 from ...common.frames import frame_of, titled_table
 from ...common.number_format import finite
 from ...figures.matplotlib_renderer import plot_on
-from ..operation import Result, Table
+from ..operation import Result, ResultTable
 from .bench_adapter import NONE, SHOWN, avoid_json, level_m_s2, proposal_rows
 from .verdict import answer_sentences, tuning_sentences, tuning_tables
 
@@ -132,7 +132,7 @@ class TunedSettings(Result):
         """The answer, and the best setting."""
         return tuning_sentences(self.job_data())
 
-    def tables(self) -> Sequence[Table]:
+    def tables(self) -> Sequence[ResultTable]:
         """The answer, the settings, what stands in the way, and the settings to avoid."""
         return tuning_tables(self.job_data())
 

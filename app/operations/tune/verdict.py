@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...common.number_format import percent
-from ..operation import Table
+from ..operation import ResultTable
 from ..sentence import (
     FALLS_SHORT,
     NOT_ENOUGH,
@@ -236,17 +236,17 @@ def _remedy(obstacle: Mapping[str, Any], required: float) -> list[Sentence]:
 # --- tables
 
 
-def tuning_tables(data: Mapping[str, Any]) -> list[Table]:
+def tuning_tables(data: Mapping[str, Any]) -> list[ResultTable]:
     """The answer, the best settings, what stands in the way, and the settings to avoid."""
     tables = (
-        Table("The best setting and what is required of it", list(_answer_rows(data))),
-        Table(
+        ResultTable("The best setting and what is required of it", list(_answer_rows(data))),
+        ResultTable(
             "Probabilities that the lines of the next shot lie within tolerance, the best setting "
             "first",
             [proposal_row(row, data) for row in data["proposals"]],
         ),
-        Table("What stands in the way", list(_obstacle_rows(data))),
-        Table(
+        ResultTable("What stands in the way", list(_obstacle_rows(data))),
+        ResultTable(
             "Settings to avoid",
             [{**setting_cells(row["settings"]), "why": row["avoid"]} for row in data["avoid"]],
         ),

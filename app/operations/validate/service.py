@@ -12,7 +12,7 @@ import numpy as np
 from ...common.frames import frame_of, titled_table
 from ...figures.figure import DIMENSIONLESS, Figure, Plot, PlotAxis, PointSeries, ReferenceLine
 from ...figures.matplotlib_renderer import plot_on
-from ..operation import Lines, Result, Table
+from ..operation import Lines, Result, ResultTable
 from ..sentence import Sentence
 from .validation import adopted_lines, reason_lines, score_rows
 from .verdict import failure_sentences, verdict_sentences
@@ -48,10 +48,10 @@ class TwinValidation(Result):
         seen = Sentence(f"What the predictions had seen: {self._data['seen']}.")
         return (*verdict_sentences(self._data), seen)
 
-    def tables(self) -> Sequence[Table | Lines]:
+    def tables(self) -> Sequence[ResultTable | Lines]:
         """The scores, where the predictions fail, and the errors with adopted effects."""
         return (
-            Table("", list(score_rows(self._data))),
+            ResultTable("", list(score_rows(self._data))),
             Lines("Where the predictions fail", failure_sentences(self._data)),
             Lines("With the adopted effects", adopted_lines(self._data)),
         )

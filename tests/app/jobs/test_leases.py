@@ -15,7 +15,7 @@ import pytest
 from pyroshock.app.jobs import claims, heartbeat, queue, worker
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, stop, take_over
 from pyroshock.app.jobs.heartbeat import fail, give_back, look, send_heartbeat, stopped
-from pyroshock.app.jobs.kind import Result, RunningJob
+from pyroshock.app.jobs.kind import JobResult, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.lease import FencedStore, Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
@@ -141,7 +141,7 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     with pytest.raises(LeaseLostError):
         fenced.end(
             lambda session: heartbeat.finish(
-                session, late, Result("/late"), heartbeat.JobProgress()
+                session, late, JobResult("/late"), heartbeat.JobProgress()
             )
         )
     for late_end in (

@@ -15,7 +15,7 @@ import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
 from pyroshock.app.jobs.claims import stop
 from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
-from pyroshock.app.jobs.kind import NotHereError, Result, RunningJob
+from pyroshock.app.jobs.kind import JobResult, NotHereError, RunningJob
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
@@ -82,10 +82,10 @@ def test_jobs_are_done_in_the_order_asked_unless_stopped_or_of_another_machine(
 def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
     go_on = threading.Event()
 
-    def do(work: RunningJob, _word: str) -> Result:
+    def do(work: RunningJob, _word: str) -> JobResult:
         work.step(3, 7, "recordings/0003.mat")
         assert go_on.wait(20)
-        return Result("/campaigns/a", "done", {"impacts": 3, "error": float("nan")})
+        return JobResult("/campaigns/a", "done", {"impacts": 3, "error": float("nan")})
 
     odd.do = do
     with working(store):

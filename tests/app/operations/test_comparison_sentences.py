@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.app.common.quantities import cell
-from pyroshock.app.operations.operation import Table
+from pyroshock.app.operations.operation import ResultTable
 from pyroshock.app.operations.sentence import (
     BETTER,
     HOLDS,
@@ -125,14 +125,14 @@ def differences(
     }
 
 
-def cells_of(tables: Sequence[Table]) -> set[str]:
+def cells_of(tables: Sequence[ResultTable]) -> set[str]:
     """All cells, as a door writes them."""
     return {
         cell(key, value) for table in tables for row in table.rows for key, value in row.items()
     }
 
 
-def assert_numbers_stand_in(tables: Sequence[Table], sentences: Sequence[Sentence]) -> None:
+def assert_numbers_stand_in(tables: Sequence[ResultTable], sentences: Sequence[Sentence]) -> None:
     cells = cells_of(tables)
     for said in sentences:
         shown = [str(number) for number in said.numbers if str(number) in said.text]

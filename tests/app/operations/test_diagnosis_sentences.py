@@ -17,7 +17,7 @@ from pyroshock.app.operations.diagnose.report import verdict_of
 from pyroshock.app.operations.diagnose.service import GapDiagnosis
 from pyroshock.app.operations.diagnose.statements import CAUSE, FITTED_ONLY, is_unknown
 from pyroshock.app.operations.diagnose.wording import effect_subject, set_name, single_effects
-from pyroshock.app.operations.operation import Lines, Table
+from pyroshock.app.operations.operation import Lines, ResultTable
 from pyroshock.app.operations.sentence import Sentence, UnfoundedSentenceError
 from pyroshock.diagnosis.verdict import LEAST_FRACTION, OTHERS, EffectSet, Verdict
 from pyroshock.twin.effects import catalogue
@@ -159,7 +159,7 @@ def cells(diagnosis: GapDiagnosis) -> set[str]:
     return {
         str(value)
         for part in diagnosis.tables()
-        if isinstance(part, Table)
+        if isinstance(part, ResultTable)
         for row in part.rows
         for value in row.values()
     }
@@ -170,7 +170,7 @@ def places_of(diagnosis: GapDiagnosis) -> set[str]:
     return {
         str(row["place"])
         for part in diagnosis.tables()
-        if isinstance(part, Table)
+        if isinstance(part, ResultTable)
         for row in part.rows
         if "place" in row
     }

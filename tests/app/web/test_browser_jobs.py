@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
-from pyroshock.app.jobs.kind import Result, RunningJob
+from pyroshock.app.jobs.kind import JobResult, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.jobs.queue import ask
@@ -58,11 +58,11 @@ def test_empty_list_says_what_will_be_there_and_a_wrong_state_is_marked(browser,
 def test_running_job_shows_progress_and_then_its_result(browser, fresh, odd):
     proceed, begun = threading.Event(), threading.Event()
 
-    def do(work: RunningJob, _: str) -> Result:
+    def do(work: RunningJob, _: str) -> JobResult:
         work.step(3, 12, "recordings")
         begun.set()
         assert proceed.wait(60)
-        return Result("/plans", "12 recordings were read.")
+        return JobResult("/plans", "12 recordings were read.")
 
     odd.do = do
     key = odd.ask(fresh.store, "reading").key
@@ -102,7 +102,7 @@ def test_running_job_shows_progress_and_then_its_result(browser, fresh, odd):
 
 
 def test_failed_job_says_why_and_is_tried_again(browser, fresh, odd):
-    def fail(*_: object) -> Result:
+    def fail(*_: object) -> JobResult:
         raise ValueError("the tolerance is 0; enter a number above 0")
 
     odd.do = fail
@@ -118,7 +118,7 @@ def test_failed_job_says_why_and_is_tried_again(browser, fresh, odd):
         at(page, "/jobs?state=failed")
         assert page.locator("#jobs tbody tr").count() == 1
         page.click(f"#jobs a[href='/jobs/{key}']")
-        odd.do = lambda *_: Result("/plans", "found")
+        odd.do = lambda *_: JobResult("/plans", "found")
         page.click("#job-again button")
         page.wait_for_url(lambda url: url.rsplit("/", 1)[1] not in ("jobs", str(key)))
         state(page, "done")
@@ -128,7 +128,7 @@ def test_failed_job_says_why_and_is_tried_again(browser, fresh, odd):
 def test_stopped_job_says_what_became_of_it(browser, fresh, odd):
     begun = threading.Event()
 
-    def until_stopped(work: RunningJob, _: str) -> Result:
+    def until_stopped(work: RunningJob, _: str) -> JobResult:
         for number in range(3000):
             begun.set()
             work.step(number, 3000, "shots")

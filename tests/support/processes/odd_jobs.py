@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from pyroshock.app.jobs import known_kinds
 from pyroshock.app.jobs.claims import Claimed, WorkerIdentity, claim_waiting
-from pyroshock.app.jobs.kind import Ending, Kind, Result, RunningJob
+from pyroshock.app.jobs.kind import Ending, JobResult, Kind, RunningJob
 from pyroshock.app.jobs.queue import JobView, ask, this_host
 from pyroshock.app.jobs.worker import Worker
 from pyroshock.schema.session import Store
@@ -20,7 +20,7 @@ from pyroshock.schema.session import Store
 #: Of the tests' workers: beats every 50 ms.
 LEASE_S = 0.3
 
-Do = Callable[[RunningJob, str], Result | Ending | None]
+Do = Callable[[RunningJob, str], JobResult | Ending | None]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class OddArguments:
 class Odd:
     """The kind `odd` of a test: `do` is called with the work in hand and the job's word."""
 
-    do: Do = lambda _work, word: Result(f"/{word}")
+    do: Do = lambda _work, word: JobResult(f"/{word}")
 
     def kind(self) -> Kind[OddArguments]:
         return Kind("odd", OddArguments, self._done)
@@ -41,7 +41,7 @@ class Odd:
         return ask(store, self.kind(), f"odd {word}", OddArguments(word), host)
 
     def _done(self, work: RunningJob, arguments: OddArguments) -> Ending:
-        found = self.do(work, arguments.word) or Result("/")
+        found = self.do(work, arguments.word) or JobResult("/")
         return found if callable(found) else lambda: found
 
 
