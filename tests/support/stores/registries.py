@@ -72,7 +72,7 @@ def context_in(
 
 def without_figures(monkeypatch) -> None:  # pytest's fixture
     """A training draws for a second; what it draws is tested with the figures."""
-    drawing = "pyroshock.app.train.registered_figures.RegisteredFigures"
+    drawing = "pyroshock.app.operations.train.registered_figures.RegisteredFigures"
     monkeypatch.setattr(f"{drawing}.of_model", DrawnFigures.of_model)
     monkeypatch.setattr(f"{drawing}.of_split", DrawnFigures.of_split)
 
