@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 #: Name of a distribution -> the module that is imported.
 PACKAGES: Mapping[str, str] = {
     "sqlalchemy": "sqlalchemy",
+    "pydantic": "pydantic",
     "pandas": "pandas",
     "mlflow": "mlflow",
     "scikit-learn": "sklearn",
