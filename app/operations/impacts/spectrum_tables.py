@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .... import Finding
+from ....signals.checks import Finding
 from ....files.atomic_write import atomic_file
 from ....files.spreadsheet_guard import GuardedCsv
 from ....twin.srs.target import SpectrumComparison, Target
