@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ....signals.checks import Finding
 from ....files.atomic_write import atomic_file
 from ....files.spreadsheet_guard import GuardedCsv
+from ....signals.checks import Finding
 from ....twin.srs.target import SpectrumComparison, Target
 from ...common.number_format import finite
 from ...common.quantities import display_of
