@@ -118,11 +118,12 @@ def draw_plot(plot: Plot, axes: Axes, scheme: Scheme = "light") -> list[list[Art
             _enter(entries, own.name, artists[0])
     for line in plot.reference_lines:
         _enter(entries, line.name, _reference(line, axes, ink))
-    for label in plot.labels:
-        _text(label, axes, ink)
     _COLOURS_USED[axes] = shift + _colours_of(plot)
     for direction, axis in plot.axes():
         _set_axis(axes, direction, axis, plot, ends[direction] if further else None)
+    for label in plot.labels:
+        if _is_within(label, axes):
+            _text(label, axes, ink)
     _style(axes, plot, ink)
     if entries and not further:
         axes.legend(entries.values(), map(_plain, entries), frameon=False, fontsize="small")
@@ -149,6 +150,12 @@ def _reference(line: ReferenceLine, axes: Axes, ink: _Ink) -> Artist:
     draw = axes.axvline if line.along == "x" else axes.axhline
     width = line.width * _POINT
     return draw(line.at, color=ink(line.role), ls=_DASHES[line.dash], lw=width)
+
+
+def _is_within(label: TextLabel, axes: Axes) -> bool:
+    """matplotlib renders letters outside of the axes as well, and fails where they are too far."""
+    (left, right), (low, high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+    return left <= label.x <= right and low <= label.y <= high
 
 
 def _text(label: TextLabel, axes: Axes, ink: _Ink) -> None:

@@ -46,8 +46,6 @@ def plans(request: Request, store: OpenStore) -> Response:
     return page(request, "plans.html", rows=rows[:_MOST], left_out=max(0, len(rows) - _MOST))
 
 
-#: Runs of the design of the thesis, which its table A.1 lists.
-THESIS_RUNS = 105
 #: The factors have a place of their own above the form.
 _CONTROLS = {name for request in PLAN.variants for name in request.model_fields} - {
     "kind",
@@ -66,7 +64,7 @@ def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
         factors=factors,
         factor_rows=[_factor_row(factor) for factor in space_from_text(factors).factors],
         methods=METHODS,
-        controls=controls(PLAN, {"runs": str(THESIS_RUNS)}, names=_CONTROLS),
+        controls=controls(PLAN, names=_CONTROLS),
     )
 
 

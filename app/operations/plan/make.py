@@ -26,6 +26,8 @@ from .service import PlannedDesign
 
 #: More runs than a laboratory fires in a year, and more than the search can balance in minutes.
 MOST_RUNS = 2000
+#: Runs of the design of the thesis, which its table A.1 lists.
+THESIS_RUNS = 105
 #: What an address takes for a way up, and the page that makes plans.
 _NO_NAMES = (".", "..", "new")
 
@@ -161,7 +163,7 @@ def _request_of(name: str, method: DesignMethod) -> type[Planning]:
     """The request of one method: what it takes, its options, and what all have."""
     fields: dict[str, Any] = {"method": (Literal[name], name)}
     if "runs" in method.takes:
-        runs = request_field(ge=1, le=MOST_RUNS, help="Set the number of runs.")
+        runs = request_field(THESIS_RUNS, ge=1, le=MOST_RUNS, help="Set the number of runs.")
         fields["runs"] = (int, runs)
     if "table" in method.takes:
         table = request_field(
