@@ -155,11 +155,7 @@ def srs(
     progress = progress_bar(f"Computing the spectrum of {file.name}")
     with errors_as_one_line():
         with progress:
-<<<<<<< HEAD
-            from ....ingest.readers.base import ReadingOptions
-=======
             from ....ingest.readers import ReadingOptions
->>>>>>> mergereports
             from ...operations.impacts.record_choice import parse_rest
             from ...operations.impacts.spectra import measure, parse_lines, read_acceleration
             from ...operations.impacts.spectrum_tables import as_json, write_spectrum
