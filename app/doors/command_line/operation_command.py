@@ -211,7 +211,7 @@ def _with_default(field: FieldInfo) -> str:
     text = field.description or ""
     default = field.default
     if field.is_required():
-        return f"{text} [required]"
+        return f"{text} The option is required."
     if default is PydanticUndefined or default in (None, "", (), {}) or "[default:" in text:
         return text
     return f"{text} [default: {default}]"
@@ -219,7 +219,7 @@ def _with_default(field: FieldInfo) -> str:
 
 def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
     ending = "|FILE".join(output.endings)
-    required = " [required]" if output.required else ""
+    required = " The option is required." if output.required else ""
     path = click.Path(path_type=Path, dir_okay=False)
 
     def decorated(function: Any) -> Any:
