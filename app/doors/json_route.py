@@ -72,12 +72,17 @@ def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
             name: texts[0] if len(texts := query.getlist(name)) == 1 else texts for name in names
         }
     try:
-        values = json.loads(body or b"{}")
+        values = json.loads(body or b"{}", parse_constant=_no_number)
     except ValueError as error:
         raise RequestError([Fault("", f"the body is no JSON: {error}")]) from error
     if not isinstance(values, dict):
         raise RequestError([Fault("", f"the body is {type(values).__name__}; expected an object")])
     return values
+
+
+def _no_number(constant: str) -> Any:
+    """JSON has neither NaN nor infinities, which Python would read."""
+    raise ValueError(f"{constant} is no number of JSON ({constant.lower()})")
 
 
 def _request(operation: Operation[Any, Any], values: Mapping[str, Any]) -> Request:

@@ -154,8 +154,8 @@ def _reference(line: ReferenceLine, axes: Axes, ink: _Ink) -> Artist:
 
 def _is_within(label: TextLabel, axes: Axes) -> bool:
     """matplotlib renders letters outside of the axes as well, and fails where they are too far."""
-    (left, right), (low, high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
-    return left <= label.x <= right and low <= label.y <= high
+    (x_low, x_high), (y_low, y_high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+    return x_low <= label.x <= x_high and y_low <= label.y <= y_high
 
 
 def _text(label: TextLabel, axes: Axes, ink: _Ink) -> None:

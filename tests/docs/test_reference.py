@@ -56,7 +56,7 @@ def test_a_command_has_its_words_and_options(path: str, command: click.Command) 
 def test_defaults_comments_and_limits_are_told() -> None:
     words = section("commands", "pyroshock plan lhs")
     assert re.search(r"^\| `--repetitions [^|]*\| `10` \|", words, re.MULTILINE)
-    assert re.search(r"^\| `--runs [^|]*\| required \|", words, re.MULTILINE)
+    assert re.search(r"^\| `--runs [^|]*\| `105` \|", words, re.MULTILINE)
     assert (
         re.search(r"^\| `--seed [^|]*\| drawn and reported \|", words, re.MULTILINE)
         and "`PYROSHOCK_DB`" in words

@@ -157,7 +157,7 @@ COMMAND_LINES = (
     "plan quality autumn", "plan list",
 )  # fmt: skip
 #: These open no store, or one of their own.
-WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo"}
+WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo", "plugins"}
 
 
 def test_every_command_is_here_or_needs_no_store_and_a_newer_store_is_not_copied(newer, tmp_path):

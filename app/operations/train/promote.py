@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -11,7 +11,9 @@ from ..faults import about
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Progress, Request
-from .service import PromotionDecision
+
+if TYPE_CHECKING:
+    from .service import PromotionDecision
 
 
 class NamedVersion(Request):
@@ -74,6 +76,7 @@ class Promoting(NamedVersion):
 
 def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDecision:
     from ...common.model_registry import models_extra, needed, pulses_on, reader_of
+    from .service import PromotionDecision
 
     store = laboratory.store
     with models_extra():

@@ -192,7 +192,7 @@ def test_a_bad_question_is_answered_in_words(
 
 @pytest.mark.parametrize(("address", "body", "words"), [
     ("/api/plans", '{"name": ""}', "name"),
-    ("/api/plans", '{"name": " "}', "cannot name a plan"),
+    ("/api/plans", '{"name": " "}', "name is ' '; expected"),
     ("/api/plans", '{"name": ".."}', "cannot name a plan"),
     ("/api/plans", '{"name": "x", "runs": 99999}', "runs"),
     ("/api/plans", '{"name": "autumn/1"}', "in the store already"),
@@ -203,7 +203,7 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/plans", '{"name": "x", "method": "magic"}',
      "method is 'magic'; expected one of lhs, sobol"),
     ("/api/plans", '{"name": "x", "options": {"face": "ccf"}}',
-     "unknown option 'face'; the method has: criterion"),
+     "face is not known; known: name"),
     ("/api/plans", '{"name": "x", "options": {"criterion": 3}}',
      "criterion is 3; expected one of balance"),
     ("/api/plans", "{", "JSON"),
