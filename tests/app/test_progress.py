@@ -33,6 +33,8 @@ def test_a_terminal_shows_what_is_done_before_the_store_is_opened(words, tmp_pat
     refusal."""
     for name in ("spec.csv", "spring.pyroshock"):
         (tmp_path / name).touch()
+    # a request is read before anything is shown, and an empty specification is refused at once
+    (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n100,30\n10000,300\n")
     (tmp_path / "spring").mkdir()
     own_end, terminal = pty.openpty()
     start = time.monotonic()

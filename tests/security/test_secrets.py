@@ -3,7 +3,6 @@ registries, answers."""
 
 from __future__ import annotations
 
-import importlib
 import logging
 import re
 import sys
@@ -124,15 +123,15 @@ def test_an_unreadable_address_is_refused_without_its_password(address: str) -> 
 
 
 def _commands() -> list[click.Command]:
-    made = [
-        getattr(importlib.import_module(module, "pyroshock"), name)
-        for module, name, _ in COMMANDS.values()
-    ]
-    return [
-        subcommand
+    context = click.Context(main)
+    made = [main.get_command(context, name) for name in COMMANDS]
+    below = [
+        command.get_command(context, name)
         for command in made
-        for subcommand in (command, *getattr(command, "commands", {}).values())
+        if isinstance(command, click.Group)
+        for name in command.list_commands(context)
     ]
+    return [command for command in (*made, *below) if command is not None]
 
 
 # --- a password and a token are planted in every place that takes one ---

@@ -167,7 +167,7 @@ def errors_figure(
     shown = table[table > 0]
     low, high = np.quantile(shown, [0.01, 0.99]) if shown.size else (0.1, 1.0)
     ends = float(low), float(max(high, low * 1.01))
-    name, unit = METRIC_NAMES[metric], _UNITS.get(metric, DIMENSIONLESS)
+    name, unit = METRIC_NAMES[metric], _UNITS.get(metric, "relative")
     colour = PlotAxis(name, unit, scale="log", limits=ends)
     models = tuple(f"{model} ({of_model.mean():.3g})" for model, of_model in values.items())
     upper = Plot(
@@ -192,7 +192,7 @@ def errors_figure(
     lower = Plot(
         "tips",
         _tests(),
-        PlotAxis("tip", categories=tips, reversed=True),
+        PlotAxis("tip of the test", categories=tips, reversed=True),
         strips,
         height=110 + 18 * len(tips),
     )
