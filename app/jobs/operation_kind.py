@@ -81,6 +81,8 @@ def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
         value = getattr(request, name)
         if isinstance(value, MachinePath) and value.scratch:  # a page cannot choose the files
             continue
+        if f"{{{name}}}" in shown.page.partition("?")[0]:  # the address has it
+            continue
         several = isinstance(value, tuple) and all(isinstance(part, str) for part in value)
         fields[name] = list(value) if several else text
     if not scratches_of(request):
