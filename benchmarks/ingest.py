@@ -24,7 +24,7 @@ THEME = (
 )
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
 _LIBRARIES = (
-    "import pyroshock.app.doors.commands.ingest, pyroshock.ingest.load, time; time.sleep(0.2)"
+    "import pyroshock.app.operations.ingest.folder, pyroshock.ingest.load, time; time.sleep(0.2)"
 )
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 

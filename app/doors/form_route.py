@@ -48,15 +48,21 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
     action = form_page(operation).action
 
     def send(
-        texts: SentTexts, store: OpenStore, running: Running, settings: Configured
+        http: HttpRequest,
+        texts: SentTexts,
+        store: OpenStore,
+        running: Running,
+        settings: Configured,
     ) -> Response:
-        request = read_form(operation, texts)
+        request = read_form(operation, texts, settings.folders)
         laboratory = Laboratory(store, settings.db, folders=settings.folders)
         if operation.long:
             return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
             operation.check(request, laboratory)
         answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)
+        if operation.answered_here:
+            return page(http, "answer.html", operation=operation, answer=answer)
         return RedirectResponse(answer.address(), 303)
 
     def show(http: HttpRequest) -> Response:
@@ -68,6 +74,7 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
             methods=[request.model_fields["method"].default for request in operation.variants],
         )
 
-    router.add_api_route(action, send, methods=["POST"])
+    if action:
+        router.add_api_route(action, send, methods=["POST"])
     if operation.form is None:
         router.add_api_route(action, show, methods=["GET"])

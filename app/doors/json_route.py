@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends
@@ -31,7 +32,8 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
         running: Running,
         settings: Configured,
     ) -> Any:
-        request = _request(operation, {**_sent(http, method, body), **in_address(http)})
+        values = {**_sent(http, method, body), **in_address(http)}
+        request = _request(operation, values, settings.folders)
         laboratory = Laboratory(store, settings.db, folders=settings.folders)
         if operation.long:
             return ask_operation(operation, request, laboratory, running).as_json()
@@ -85,12 +87,14 @@ def _no_number(constant: str) -> Any:
     raise ValueError(f"{constant} is no number of JSON ({constant.lower()})")
 
 
-def _request(operation: Operation[Any, Any], values: Mapping[str, Any]) -> Request:
+def _request(
+    operation: Operation[Any, Any], values: Mapping[str, Any], folders: Sequence[Path]
+) -> Request:
     request: Request
     if operation.variants:
-        request = read_variant(operation.requests(), values, "network")
+        request = read_variant(operation.requests(), values, "network", folders)
     else:
-        request = read(operation.request, values, "network")
+        request = read(operation.request, values, "network", folders)
     return request
 
 

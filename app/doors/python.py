@@ -33,14 +33,14 @@ class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
     Fields that are positional on the command line may be given without their names.
-    `progress=False` shows no bar.
+    `progress=False` shows no bar; `jobs` processes work, where the operation has such.
     """
 
     def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
         self.__doc__ = documentation(request, operation)
-        self.__signature__ = signature(request)
+        self.__signature__ = signature(request, operation)
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
@@ -64,9 +64,11 @@ class PythonMethod(Generic[Answer]):
         if len(args) > len(places):
             takes = f"{self.__name__}() takes {len(places)} positional arguments"
             raise TypeError(f"{takes}, {len(args)} were given")
+        processes = given.pop("jobs", None) if self.operation.processes else None
         values = {**dict(zip(places, args, strict=False)), **given}
         request = read(self.request, values, "python")
-        return answer_of(self.operation, request, Laboratory(owner.store, owner.url), progress)
+        laboratory = Laboratory(owner.store, owner.url, processes=processes)
+        return answer_of(self.operation, request, laboratory, progress)
 
 
 def answer_of(
@@ -89,8 +91,8 @@ def positional_fields(request: type[Request]) -> list[str]:
     return [name for name, field in fields if presentation_of(field).positional]
 
 
-def signature(request: type[Request]) -> inspect.Signature:
-    """The parameters of a request as a method has them."""
+def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect.Signature:
+    """The parameters of a request as a method of the operation has them."""
     places = positional_fields(request)
     parameters = [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
     ordered = [*places, *(name for name in request.model_fields if name not in places)]
@@ -106,6 +108,9 @@ def signature(request: type[Request]) -> inspect.Signature:
         drawn = None if field.default is PydanticUndefined else field.default
         default = inspect.Parameter.empty if field.is_required() else drawn
         parameters.append(inspect.Parameter(name, kind, default=default))
+    if operation.processes:
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        parameters.append(inspect.Parameter("jobs", keyword, default=None))
     return inspect.Signature(parameters)
 
 
@@ -123,4 +128,6 @@ def documentation(request: type[Request], operation: Operation[Any, Any]) -> str
             facts.append(f"default {field.default}")
         aside = f" ({'; '.join(facts)})" if facts else ""
         rows.append(f"    {name}: {field.description}{aside}")
+    if operation.processes:
+        rows.append(f"    jobs: {operation.processes}")
     return "\n\n".join(lines) + "\n\nParameters:\n" + "\n".join(rows)

@@ -24,11 +24,6 @@ class InterruptedWorkError(Exception):
     """The worker is told to end: the job goes back to the queue."""
 
 
-class NotHereError(Exception):
-    """This worker lacks what the job needs; another may have it. The message says what is
-    missing."""
-
-
 @dataclass(frozen=True)
 class JobResult:
     """Where to see what a job did (an address of a page), what to say of it, and it as plain data

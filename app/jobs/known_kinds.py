@@ -6,7 +6,7 @@ import importlib
 from collections import UserDict
 from typing import Any
 
-from ..operations.catalogue import OPERATIONS
+from ..operations.catalogue import OPERATIONS, operation
 from ..operations.operation import Operation
 from .kind import Kind
 
@@ -40,10 +40,11 @@ KINDS = KindTable(
             name: (f".app.operations.{module}", attribute)
             for name, (module, attribute, *_) in OPERATIONS.items()
         },
-        "ingest": (".app.jobs.job_kinds.ingest", "INGEST"),
-        "check": (".app.jobs.job_kinds.ingest", "CHECK"),
-        "archive": (".app.jobs.job_kinds.archive", "ARCHIVE"),
-        "restore": (".app.jobs.job_kinds.archive", "RESTORE"),
-        "extract": (".app.jobs.job_kinds.ingest", "EXTRACT"),
     }
 )
+
+
+def job_page(kind: str) -> str:
+    """The page of a job of an operation while it is worked on, with {job} for its number; empty:
+    the usual one."""
+    return operation(kind).job_page if kind in OPERATIONS else ""

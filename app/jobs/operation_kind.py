@@ -10,7 +10,9 @@ from ..common.number_format import finite
 from ..operations.faults import read, read_variant
 from ..operations.form import form_page, texts_of
 from ..operations.laboratory import Laboratory
+from ..operations.machine_paths import MachinePath, scratches_of
 from ..operations.operation import Operation, Request, Result
+from ..operations.upload_folders import discard
 from .kind import Ending, JobForm, JobResult, Kind, RunningJob
 
 
@@ -18,7 +20,7 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
     """The kind of job that does an operation."""
 
     def do(work: RunningJob, request: Request) -> Ending:
-        laboratory = Laboratory(work.store, work.db, folders=work.folders)
+        laboratory = Laboratory(work.store, work.db, folders=work.folders, job=work.job)
         made = operation.run(request, laboratory, work.step)
 
         def ending() -> JobResult:
@@ -32,9 +34,20 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
         operation.name,
         operation.request,
         do,
+        _keep_uploads if operation.keeps_uploads else discard_uploads,
         form=lambda request: _form(operation, request),
         read_stored=lambda stored: _read(operation, stored),
     )
+
+
+def _keep_uploads(_: Request) -> None:
+    pass
+
+
+def discard_uploads(request: Request) -> None:
+    """Remove the uploads that a request was about."""
+    for scratch in scratches_of(request):
+        discard(scratch)
 
 
 def _read(operation: Operation[Any, Any], stored: Mapping[str, Any]) -> Request:
@@ -53,13 +66,34 @@ def _job_data(result: Result) -> Any:
 
 
 def _form(operation: Operation[Any, Any], request: Request) -> JobForm | None:
-    if "form" in operation.absent:
+    if "form" in operation.absent and operation.form is None:
         return None
     shown = form_page(operation)
-    values = {name: quote(text) for name, text in texts_of(request, everything=True).items()}
+    values = {
+        name: quote(text, safe="") for name, text in texts_of(request, everything=True).items()
+    }
+    address = shown.page.format(**values)
+    if not shown.form:
+        return JobForm(address)
     fields: dict[str, str | list[str]] = {}
     for name, text in texts_of(request).items():
         value = getattr(request, name)
+        if isinstance(value, MachinePath) and value.scratch:  # a page cannot choose the files
+            continue
+        if f"{{{name}}}" in shown.page.partition("?")[0]:  # the address has it
+            continue
         several = isinstance(value, tuple) and all(isinstance(part, str) for part in value)
         fields[name] = list(value) if several else text
-    return JobForm(shown.page.format(**values), shown.form, fields)
+    if not scratches_of(request):
+        return JobForm(address, shown.form, fields)
+    # the page tells that the files are to be sent again, also where all else is as usual
+    return JobForm(address, shown.upload, fields or _usual_texts(request))
+
+
+def _usual_texts(request: Request) -> dict[str, str | list[str]]:
+    """The texts of fields that have one, without files and what is ticked."""
+    return {
+        name: text
+        for name, text in texts_of(request, everything=True).items()
+        if text and not isinstance(getattr(request, name), bool | MachinePath)
+    }

@@ -17,6 +17,7 @@ from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
 from ...schema.provenance import Provenance
 from ...schema.session import Store
 from ..common.number_format import finite
+from ..operations.upload_folders import stored_scratch
 from .kind import Arguments, JobForm, Kind
 from .known_kinds import KINDS
 
@@ -135,7 +136,7 @@ def job_form(store: Store, key: int) -> JobForm | None:
 def is_repeatable(store: Store, key: int) -> bool:
     """Whether a job can be asked for again as it was: the files of an upload are gone once their
     job is over."""
-    return not _asked(store, key)[1].get("scratch")
+    return stored_scratch(_asked(store, key)[1]) is None
 
 
 def ask_again(store: Store, key: int) -> JobView:
@@ -144,7 +145,7 @@ def ask_again(store: Store, key: int) -> JobView:
     kind, arguments, label, host = _asked(store, key)
     if not get_job(store, key).ended:
         raise ValueError(f"job {key} has not ended yet; stop it first")
-    if arguments.get("scratch"):
+    if stored_scratch(arguments) is not None:
         raise ValueError("the files that were uploaded for this job are gone; send them again")
     return ask(store, kind, label, kind.read(arguments), host)
 

@@ -26,6 +26,7 @@ from ...schema.session import Store
 from ...schema.transactions import is_transient
 from ..common.errors import is_for_the_user
 from ..common.model_registry import MissingExtraError
+from ..operations.operation import NotHereError
 from .claims import (
     MOST_DEATHS,
     Claimed,
@@ -39,7 +40,7 @@ from .claims import (
     tidy_up,
 )
 from .heartbeat import Heartbeat, fail, finish, give_back, stopped
-from .kind import InterruptedWorkError, NotHereError, RunningJob, StoppedError
+from .kind import InterruptedWorkError, RunningJob, StoppedError
 from .known_kinds import KINDS
 from .lease import FencedStore, LeaseLostError
 from .queue import this_host

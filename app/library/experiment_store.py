@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...schema.addresses import address_for_display
 from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
-from ..common.frames import chosen_columns, frame_of, sorted_by, step_bar, titled_table
+from ..common.frames import chosen_columns, frame_of, sorted_by, titled_table
 from ..doors.python import PythonMethod, answer_of
 from ..operations.diagnose.adopt import ADOPT
 from ..operations.diagnose.blind_check import BLIND_CHECK, BlindCheckRequest
@@ -21,20 +20,20 @@ from ..operations.diagnose.make import DIAGNOSE
 from ..operations.diagnose.request import DiagnosisRequest
 from ..operations.diagnose.show import SHOW_DIAGNOSIS
 from ..operations.faults import read
+from ..operations.ingest.extract import EXTRACT, Extraction
+from ..operations.ingest.folder import INGEST
+from ..operations.ingest.request import FolderIngest
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Answer, Operation
 from ..operations.validate.request import ValidationRequest
 from ..operations.validate.validating import VALIDATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import pandas as pd
 
     from ..common.frames import Quantity
     from ..operations.diagnose.service import GapDiagnosis
     from ..operations.impacts.service import ForcePulse, StoredRecording
-    from ..operations.ingest.service import IngestedCampaign
     from ..operations.predict.arguments import EffectsLike
     from ..operations.train.contact_model import StoredModel
     from ..operations.train.service import (
@@ -73,55 +72,19 @@ class ExperimentStore:
 
     # --- campaigns, impacts, recordings
 
-    @raises_library_errors
-    def ingest(
-        self,
-        folder: str | os.PathLike[str],
-        *,
-        plan: str | None = None,
-        jobs: int | None = None,
-        free_factors: Collection[str] = (),
-        confirmed: Collection[str] = (),
-        again: Collection[str] = (),
-        target_motion: str = "none",
-        dry_run: bool = False,
-        progress: bool = True,
-        **settings: Any,
-    ) -> IngestedCampaign:
-        """Read the campaign in `folder` into the store, as `pyroshock ingest` does; what is stored
-        is not stored again.
+    #: Read the campaign in a folder into the store; what is stored is not stored again.
+    ingest = PythonMethod(FolderIngest, INGEST)
 
-        `settings` are those of the pulse extraction: `segmentation`, `threshold`, `smoothing`,
-        `refinement`, `points`, `event_share`, `separation_s`. With `dry_run` everything is checked
-        and nothing is stored.
-        """
-        from ...ingest.extraction.settings import ExtractionSettings
-        from ..operations.ingest.service import IngestOptions, ingest_campaign
-
-        if target_motion not in ("none", "plate"):
-            raise ValueError(f"target_motion is {target_motion!r}; expected 'none' or 'plate'")
-        options = IngestOptions(
-            _settings(ExtractionSettings, settings),
-            jobs,
-            plan,
-            free_factors,
-            confirmed,
-            again,
-            target_motion,
-            dry_run,
-        )
-        path = Path(folder)
-        with step_bar(path.name, "recordings", progress) as step:
-            return ingest_campaign(self.store, path, options, step)
+    #: Extract the pulses of a campaign again from the stored series, with other settings.
+    extract = PythonMethod(Extraction, EXTRACT)
 
     @raises_library_errors
     def campaigns(self) -> pd.DataFrame:
         """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and
         done."""
-        from ...schema.listings import list_campaigns
+        from ..operations.ingest.campaigns import CAMPAIGN_LIST
 
-        with self.store.reading() as session:
-            return frame_of(list_campaigns(session), ("name", "kind", "date"))
+        return frame_of(self._ask(CAMPAIGN_LIST).rows, ("name", "kind", "date"))
 
     @raises_library_errors
     def impacts(
@@ -457,12 +420,3 @@ def _check_limit(limit: int | None) -> None:
 
 def _names(given: str | Sequence[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
-
-
-def _settings(kind: Callable[..., Any], given: dict[str, Any]) -> Any:
-    try:
-        return kind(**given)
-    except TypeError as error:
-        raise ValueError(
-            f"{', '.join(given)}: {error}; see `help(ExperimentStore.ingest)`"
-        ) from error

@@ -11,6 +11,7 @@ import types
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 import annotated_types
@@ -87,16 +88,25 @@ def about(field: str) -> Iterator[None]:
         raise
 
 
-def read(request: type[Asked], values: Mapping[str, Any], source: Source) -> Asked:
-    """The request of these values. Raises `RequestError`."""
+def read(
+    request: type[Asked],
+    values: Mapping[str, Any],
+    source: Source,
+    folders: Sequence[Path] = (),
+) -> Asked:
+    """The request of these values; `folders` are those that the network may name. Raises
+    `RequestError`."""
     try:
-        return request.model_validate(dict(values), context={"source": source})
+        return request.model_validate(dict(values), context={"source": source, "folders": folders})
     except ValidationError as error:
         raise RequestError(list(faults_of(error, request))) from error
 
 
 def read_variant(
-    requests: Sequence[type[Asked]], values: Mapping[str, Any], source: Source
+    requests: Sequence[type[Asked]],
+    values: Mapping[str, Any],
+    source: Source,
+    folders: Sequence[Path] = (),
 ) -> Asked:
     """The request of that variant whose `method` the values name; the first where they name none.
 
@@ -108,7 +118,7 @@ def read_variant(
     if method not in by_method:
         words = f"method is {given!r}; expected one of {', '.join(by_method)}"
         raise RequestError([Fault("method", words)])
-    return read(by_method[method], {**values, "method": method}, source)
+    return read(by_method[method], {**values, "method": method}, source, folders)
 
 
 def faults_of(error: ValidationError, request: type[Request]) -> Iterator[Fault]:
@@ -180,6 +190,8 @@ def expectation(field: FieldInfo | None) -> str:
     if field is None:
         return "a value"
     kind, limits = bare(field.annotation), bounds(field)
+    if words := getattr(kind, "expected", ""):
+        return str(words)
     if get_origin(kind) is Literal:
         return f"one of {', '.join(map(str, get_args(kind)))}"
     if kind is bool:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -26,8 +26,9 @@ class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
     `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
     `option` is an older spelling that commands keep, `words` says that the option takes all words
-    behind it, `unit` is the SI unit of its number, `lines` a form's height for a text of several,
-    `label` its words in a form."""
+    behind it, `several` that the command takes several values and works on one after the other,
+    `unit` is the SI unit of its number, `lines` a form's height for a text of several, `label` its
+    words in a form."""
 
     positional: bool = False
     metavar: str = ""
@@ -36,6 +37,7 @@ class Presentation:
     unit: str = ""
     lines: int = 1
     label: str = ""
+    several: bool = False
     words: bool = False
 
 
@@ -98,10 +100,11 @@ class Unit:
     unit: str
 
 
-def quantity(unit: str) -> Any:
+def quantity(unit: str, *, named: bool = False) -> Any:
     """A number in SI of this unit, from a number in SI, text with a unit or a quantity of pint.
 
-    On the command line and in a form a bare number is refused with the unit that is expected.
+    On the command line and in a form a bare number is refused with the unit that is expected; in a
+    form it is taken where the field is `named` after its unit.
     """
 
     def in_si(value: Any, info: ValidationInfo) -> Any:
@@ -111,6 +114,9 @@ def quantity(unit: str) -> Any:
             return None
         if isinstance(value, bool):
             raise ValueError(f"{info.field_name} is {value!r}; expected a number with a unit")
+        if named and source_of(info) == "network" and isinstance(value, str):
+            with suppress(ValueError):
+                return float(value)
         try:
             return si(value, unit, info.field_name or "value")
         except TypeError as error:
@@ -215,6 +221,18 @@ def _names(value: Any, info: ValidationInfo) -> Any:
     names = (part.strip() if isinstance(part, str) else part for part in parts)
     return tuple(dict.fromkeys(name for name in names if name != ""))
 
+
+def _texts(value: Any) -> Any:
+    if value is None:
+        return ()
+    texts = value.splitlines() if isinstance(value, str) else value
+    if not isinstance(texts, Collection):
+        return value
+    return tuple(text.strip() for text in texts if text.strip()) if texts else ()
+
+
+#: Texts that may have commas: a list, one in each line, or repeated.
+Texts = Annotated[tuple[str, ...], BeforeValidator(_texts)]
 
 #: Names, as a list, as one text with commas, or repeated.
 Names = Annotated[tuple[str, ...], BeforeValidator(_names)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
@@ -150,9 +151,14 @@ def texts_of(request: BaseModel, *, everything: bool = False) -> dict[str, str]:
     }
 
 
-def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]]) -> Request:
+def read_form(
+    operation: Operation[Any, Any],
+    sent: Mapping[str, Sequence[str]],
+    folders: Sequence[Path] = (),
+    files: Mapping[str, Any] | None = None,
+) -> Request:
     """The request of a form, of which `sent` has all texts of each control: what was left empty has
-    its default.
+    its default. `folders` are those that it may name, `files` what a route has read already.
 
     Raises `faults.RequestError`, whose faults name the controls.
     """
@@ -165,6 +171,7 @@ def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]])
         if filled and (name == field_name or not values.get(field_name)):
             several = len(filled) > 1 and _takes_several(operation, field_name)
             values[field_name] = filled if several else ",".join(filled)
+    values.update(files or {})
     missing = [name for name in form_page(operation).required if name not in values]
     if missing:
         fields = operation.request.model_fields
@@ -176,9 +183,11 @@ def read_form(operation: Operation[Any, Any], sent: Mapping[str, Sequence[str]])
         )
     request: Request
     if operation.variants:
-        request = read_variant(operation.requests(), _own_fields(operation, values), "network")
+        request = read_variant(
+            operation.requests(), _own_fields(operation, values), "network", folders
+        )
     else:
-        request = read(operation.request, _own_fields(operation, values), "network")
+        request = read(operation.request, _own_fields(operation, values), "network", folders)
     return request
 
 

@@ -17,9 +17,13 @@ class Laboratory:
     """`db` is the address of the store, beside which models and solved plates lie.
 
     `folders` are those that a request from the network may name; None: any folder of this machine.
+    `processes` read files at once (None: as many as pay), and `job` is the number of the job that
+    does the work, 0 of none.
     """
 
     store: Store
     db: str
     executor: ExecutorConfig = field(default_factory=ExecutorConfig)
     folders: tuple[Path, ...] | None = None
+    processes: int | None = None
+    job: int = 0

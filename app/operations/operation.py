@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Literal
 
@@ -72,6 +72,11 @@ class Lines:
 
     title: str
     sentences: Sequence[Sentence | str]
+
+
+class NotHereError(Exception):
+    """This machine lacks what the work needs; another may have it. The message says what is
+    missing."""
 
 
 class NegativeAnswerError(ValueError):
@@ -140,6 +145,10 @@ class Result:
         """Words of the command that usually follows; none where nothing does."""
         return ()
 
+    def next_command_with(self, _others: Sequence[Any]) -> Sequence[str]:
+        """The same after a command with several values, which had answers of the same kind, too."""
+        return self.next_command()
+
 
 @dataclass(frozen=True)
 class Rows(Result):
@@ -160,6 +169,12 @@ class Rows(Result):
     def to_json(self) -> Any:
         """All rows with all their columns."""
         return [dict(row) for row in self.rows]
+
+
+def same_fields(request: Request, other: type[Request]) -> dict[str, Any]:
+    """The values of a request that another class of request takes, too."""
+    names = other.model_fields.keys() & type(request).model_fields.keys()
+    return {name: getattr(request, name) for name in names}
 
 
 Asked = TypeVar("Asked", bound=Request)
@@ -191,11 +206,15 @@ class Output(Generic[Answer]):
 class FormPage:
     """A page of its own with the form of an operation: its address, in which fields of the request
     may stand in braces, the id of the form, and the address that the form is sent to, in which
-    fields may stand, too. `required` are fields that the form does not leave to their defaults."""
+    fields may stand, too. `required` are fields that the form does not leave to their defaults.
+    Without an id the address holds all values; without an action routes of the page itself
+    answer."""
 
     page: str
     form: str
     action: str
+    #: The form of the page that sends files of another machine in place of their path.
+    upload: str = ""
     required: tuple[str, ...] = ()
 
 
@@ -232,15 +251,28 @@ class Operation(Generic[Asked, Answer]):
     creates_store: bool = False
     #: Works without a store, too: an empty one stands for it, and is gone afterwards.
     needs_store: bool = True
-    #: Neither reads nor writes the store: the command has no `--db`.
+    #: Neither reads nor writes the store: the command takes `--db` and does nothing with it.
     uses_store: bool = True
     #: Help of `--jobs` of an operation whose work `Laboratory.executor` does.
     workers: str = ""
+    #: Help of `--jobs` of an operation that `Laboratory.processes` of this machine do.
+    processes: str = ""
+    #: Reads or writes files of the machine that it was asked on, to which its job is bound.
+    on_this_machine: bool = False
+    #: Its answer is stored nowhere: the page that answers its form shows it.
+    answered_here: bool = False
+    #: Uploaded files stay after its job, for another operation.
+    keeps_uploads: bool = False
+    #: What is asked in its place where a request from the network has `dry_run`: an operation with
+    #: the same fields, on whose page the work is asked for.
+    rehearsal: Operation[Any, Any] | None = None
+    #: The page of its job while it is worked on, with {job} for its number; empty: the usual one.
+    job_page: str = ""
     #: What would be lost, of an operation that deletes: the command asks before, and takes `--yes`
     #: and `--dry-run`. Raises what would refuse the deletion.
     deletes: Callable[[Asked, Laboratory], str] | None = None
     outputs: Sequence[Output[Any]] = ()
-    absent: Mapping[Door, str] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
     #: Raises what would only be refused after the work; called before a job is queued.
     check: Callable[[Asked, Laboratory], None] | None = None
     #: What a list of jobs calls a request.
@@ -260,7 +292,16 @@ class Operation(Generic[Asked, Answer]):
         return f"{' '.join(self.words).capitalize()} {self.label(request)}".strip()
 
     def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
-        """The answer, with everything stored."""
+        """The answer, with everything stored; of a request with a field `dry_run` that is true,
+        with nothing stored."""
+        if getattr(request, "dry_run", False):
+            from ...schema.rehearsal import run_rehearsal
+
+            with run_rehearsal(laboratory.store) as store:
+                return self._answered(request, replace(laboratory, store=store), progress)
+        return self._answered(request, laboratory, progress)
+
+    def _answered(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
         made = self.run(request, laboratory, progress)
         answer: Answer = made if self.keep is None else self.keep(made, laboratory)
         return answer

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter
 from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
@@ -13,20 +13,18 @@ from starlette.responses import FileResponse, Response
 
 from ...schema.provenance import Tombstone
 from ...schema.session import Store
-from ..jobs.job_kinds.archive import (
-    ARCHIVE,
-    RESTORE,
-    ArchiveArguments,
-    RestoreArguments,
-    kept_archive,
-)
-from ..jobs.job_kinds.ingest import discard, make_scratch
-from ..jobs.queue import this_host
-from ..operations.faults import FieldError
+from ..jobs.queue import JobView
+from ..operations.faults import FieldError, read
+from ..operations.ingest.archiving import kept_archive
+from ..operations.ingest.campaigns import RESTORE, CampaignReturn
 from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
-from ..web.dependencies import Configured, Key, Name, OpenStore, Running, Text
-from ..web.jobs import followed
+from ..operations.laboratory import Laboratory
+from ..operations.machine_paths import MachinePath
+from ..operations.upload_folders import discard, make_scratch
+from ..web.dependencies import Configured, Key, Name, OpenStore, Running
+from ..web.jobs import Jobs, ask_operation, followed
 from ..web.rendering import page
+from ..web.settings import Settings
 from ..web.uploads import UploadError, copy_file
 
 router = APIRouter()
@@ -38,24 +36,6 @@ _MOST = 300
 def ask_archive(request: Request, name: Name, store: OpenStore, settings: Configured) -> Response:
     standing = standing_on(store, settings.db, name)
     return page(request, "archive.html", campaign=name, lines=standing_lines(standing))
-
-
-@router.post("/campaigns/{name}/archive")
-def archive(
-    name: Name,
-    store: OpenStore,
-    jobs: Running,
-    settings: Configured,
-    reason: Annotated[Text, Form(max_length=4000)] = "",
-) -> Response:
-    """Write the campaign to a file of this machine, then delete it from the store."""
-    standing_on(store, settings.db, name)  # a campaign that there is
-    if not reason.strip():
-        raise FieldError("reason", "The reason is empty; say why the campaign leaves the store.")
-    job = jobs.ask(
-        store, ARCHIVE, f"Archive of {name}", ArchiveArguments(name, reason), host=this_host()
-    )
-    return followed(job)
 
 
 @router.get("/deleted")
@@ -86,12 +66,14 @@ def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Respons
 @router.post("/deleted/{stone}/restore")
 def restore(stone: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
     """Bring an archived campaign back from the file of this machine."""
-    campaign, file = _archive_of(store, settings.db, stone)
-    return followed(
-        jobs.ask(
-            store, RESTORE, f"Return of {campaign}", RestoreArguments(str(file)), host=this_host()
-        )
-    )
+    _campaign, file = _archive_of(store, settings.db, stone)
+    return followed(_asked(MachinePath(path=file), store, jobs, settings))
+
+
+def _asked(file: MachinePath, store: Store, jobs: Jobs, settings: Settings) -> JobView:
+    request = read(CampaignReturn, {"file": file}, "network")
+    laboratory = Laboratory(store, settings.db, folders=settings.folders)
+    return ask_operation(RESTORE, request, laboratory, jobs)
 
 
 def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
@@ -120,15 +102,8 @@ async def restore_upload(
         try:
             file = scratch / "campaign.pyroshock"
             await run_in_threadpool(copy_file, upload.file, file, settings.max_upload_bytes)
-            arguments = RestoreArguments(str(file), str(scratch))
-            job = await run_in_threadpool(
-                jobs.ask,
-                store,
-                RESTORE,
-                f"Return from {upload.filename[:100]}",
-                arguments,
-                this_host(),
-            )
+            path = MachinePath(path=file, scratch=scratch)
+            job = await run_in_threadpool(_asked, path, store, jobs, settings)
         except UploadError as error:
             discard(scratch)
             raise FieldError("file", str(error)) from error

@@ -3,12 +3,10 @@ by a job."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Annotated, Any
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -22,10 +20,11 @@ from ...schema.recordings import STORED, Recording
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.number_format import percent, signed_percent
-from ..jobs.job_kinds.ingest import EXTRACT, FIELDS, ExtractArguments
-from ..operations.faults import FieldError
-from ..web.dependencies import Name, OpenStore, Running
-from ..web.jobs import followed
+from ..operations.faults import RequestError, read
+from ..operations.form import controls
+from ..operations.ingest.extract import EXTRACT, Extraction
+from ..operations.ingest.request import ExtractionChoice
+from ..web.dependencies import Name, OpenStore
 from ..web.rendering import page
 
 router = APIRouter()
@@ -62,23 +61,6 @@ class ExtractionPreview:
                 f"median, and by {percent(largest)} at most"
             )
         return text.replace("-", "−") + "."
-
-
-def form_settings(values: Mapping[str, str]) -> ExtractionSettings:
-    """Settings of the texts of a form. Raises `FieldError` with the field."""
-    given: dict[str, Any] = {}
-    for name in FIELDS:
-        text = values.get(name, "").strip()
-        if not text:
-            continue
-        try:
-            given[name] = text if name == "segmentation" else float(text)
-        except ValueError as error:
-            raise FieldError(name, f"{text!r} is no number") from error
-    try:
-        return ExtractionSettings(**given)
-    except ValueError as error:
-        raise FieldError(str(error).partition(" ")[0], str(error)) from error
 
 
 def preview_campaign(
@@ -121,45 +103,22 @@ def _contact_times(session: Session, impacts: list[int]) -> dict[int, float]:
 def ask_extraction(request: Request, name: Name, store: OpenStore) -> Response:
     """The settings, and what they give once they were tried."""
     store.read(lambda session: get_campaign_id(session, name))
-    usual = {
-        key: str(value) for key, value in ExtractionSettings().as_json().items() if key in FIELDS
-    }
-    values = {
-        **usual,
-        **{key: value for key, value in request.query_params.items() if key in FIELDS},
-    }
-    preview, fault = None, None
+    fields = ExtractionChoice.model_fields
+    given = {key: text for key, text in request.query_params.items() if key in fields}
+    preview, faults = None, {}
     if "preview" in request.query_params:
         try:
-            preview = preview_campaign(store, name, form_settings(values))
-        except FieldError as error:
-            fault = error
+            extraction = read(Extraction, {**given, "campaign": name}, "network")
+            preview = preview_campaign(store, name, extraction.settings())
+        except RequestError as error:
+            faults = {fault.field: fault.message for fault in error.faults}
+    shown = controls(EXTRACT, given, names=fields)
     return page(
         request,
         "extract.html",
-        status=422 if fault else 200,
+        status=422 if faults else 200,
         campaign=name,
-        values=values,
+        controls=shown,
         preview=preview,
-        fault=fault,
+        faults=faults,
     )
-
-
-@router.post("/campaigns/{name}/extract")
-def extract(
-    name: Name,
-    store: OpenStore,
-    jobs: Running,
-    segmentation: Annotated[str, Form()] = "",
-    threshold: Annotated[str, Form()] = "",
-    smoothing: Annotated[str, Form()] = "",
-    event_share: Annotated[str, Form()] = "",
-    separation_s: Annotated[str, Form()] = "",
-) -> Response:
-    """Extract all recordings of the campaign again, as a job."""
-    store.read(lambda session: get_campaign_id(session, name))
-    texts = dict(
-        zip(FIELDS, (segmentation, threshold, smoothing, event_share, separation_s), strict=True)
-    )
-    arguments = ExtractArguments(name, form_settings(texts).as_json())
-    return followed(jobs.ask(store, EXTRACT, f"Extraction of {name}", arguments))

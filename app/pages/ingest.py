@@ -4,39 +4,33 @@ the page that tells what would be in the store."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ...ingest.extraction.settings import ExtractionSettings
 from ...schema.campaigns import Plan
 from ...schema.jobs import DONE, Job
 from ...schema.session import Store
-from ..jobs.job_kinds.ingest import (
-    CHECK,
-    INGEST,
-    IngestArguments,
-    discard,
-    take_checked,
-)
-from ..jobs.queue import JobView, UnknownJobError, this_host
+from ..jobs.queue import UnknownJobError
+from ..operations.faults import read
+from ..operations.form import controls
+from ..operations.ingest.folder import CHECK, INGEST
+from ..operations.ingest.request import FolderIngest, FolderReading
+from ..operations.laboratory import Laboratory
+from ..operations.machine_paths import MachinePath, campaigns_below, confined, scratches_of
+from ..operations.operation import same_fields
+from ..operations.upload_folders import discard, take_checked
 from ..web.dependencies import Configured, Key, OpenStore, Running
-from ..web.jobs import followed
+from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
-from ..web.uploads import (
-    campaigns_below,
-    confined,
-    extraction_settings,
-    ingest_job,
-    known_plan,
-    uploaded,
-)
+from ..web.uploads import asked_of_upload
 
 router = APIRouter()
+#: The path has a place of its own in the form, and its buttons say whether it is a dry run.
+_CONTROLS = INGEST.request.model_fields.keys() - {"path", "dry_run"}
 #: Plans that the form offers.
 _MOST_PLANS = 200
 
@@ -51,26 +45,8 @@ def ingest(request: Request, store: OpenStore, settings: Configured) -> Response
         folders=campaigns_below(settings.folders),
         roots=[str(root) for root in settings.folders],
         most_bytes=settings.max_upload_bytes,
-        extraction=ExtractionSettings(),
-        plans=plans,
+        controls=controls(INGEST, names=_CONTROLS, suggestions={"plan": plans}),
     )
-
-
-@router.post("/ingest/path")
-def by_path(
-    store: OpenStore,
-    jobs: Running,
-    settings: Configured,
-    path: Annotated[str, Form(max_length=4000)],
-    segmentation: Annotated[str, Form()] = "walk",
-    threshold: Annotated[str, Form()] = "",
-    plan: Annotated[str, Form()] = "",
-    dry_run: Annotated[bool, Form()] = False,
-) -> Response:
-    """Check a folder of the server's machine, or store it."""
-    chosen = extraction_settings(segmentation, threshold)
-    folder = confined(path, settings.folders)
-    return _shown(ingest_job(jobs, store, folder, chosen, known_plan(store, plan), dry_run=dry_run))
 
 
 @router.post("/ingest/upload")
@@ -78,21 +54,14 @@ async def by_upload(
     request: Request, store: OpenStore, jobs: Running, settings: Configured
 ) -> Response:
     """Check uploaded files, or store them."""
-    return _shown(await uploaded(request, store, jobs, settings))
-
-
-def _shown(job: JobView) -> Response:
-    return (
-        RedirectResponse(f"/ingest/checks/{job.key}", 303)
-        if job.kind == CHECK.name
-        else followed(job)
-    )
+    return followed(await asked_of_upload(request, store, jobs, settings))
 
 
 @router.get("/ingest/checks/{job}")
 def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Response:
     """A dry run: how far it is, then what would be stored and what is wrong."""
-    job_row, arguments = jobs.get(job), _arguments(store, job)
+    job_row, checked_path = jobs.get(job), _asked(store, job).path
+    scratch = checked_path.scratch
     result: dict[str, Any] | None = job_row.result if job_row.state == DONE else None
     report = (result or {}).get("report") or {}
     return page(
@@ -100,10 +69,10 @@ def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Resp
         "check.html",
         job=job_row,
         ended=job_row.ended,
-        folder=Path(arguments.folder).name,
-        place=arguments.folder if arguments.scratch is None else "",
+        folder=checked_path.path.name,
+        place=str(checked_path) if scratch is None else "",
         result=result,
-        kept=arguments.scratch is None or Path(arguments.scratch).is_dir(),
+        kept=scratch is None or scratch.is_dir(),
         faults=faults_by_file(result["faults"]) if result else {},
         findings=findings_by_check(report.get("findings", ())),
         set_aside=report.get("set_aside", []),
@@ -113,34 +82,36 @@ def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Resp
 @router.post("/ingest/checks/{job}/store")
 def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
     """Store what was checked, with the same settings."""
-    arguments, job_row = _arguments(store, job), jobs.get(job)
+    checked_request, job_row = _asked(store, job), jobs.get(job)
     if job_row.state != DONE or (job_row.result or {}).get("faults"):
         raise ValueError("only a folder that was checked without a fault can be stored")
-    if arguments.scratch is None:
-        confined(arguments.folder, settings.folders)
-    taken = take_checked(arguments)
-    return followed(
-        jobs.ask(store, INGEST, f"Ingest of {Path(arguments.folder).name}", taken, host=this_host())
-    )
+    folder, scratch = checked_request.path.path, checked_request.path.scratch
+    if scratch is None:
+        taken = MachinePath(path=confined(str(folder), settings.folders))
+    else:
+        kept = take_checked(scratch)
+        taken = MachinePath(path=kept / folder.relative_to(scratch), scratch=kept)
+    values = {**same_fields(checked_request, FolderIngest), "path": taken}
+    laboratory = Laboratory(store, settings.db, folders=settings.folders)
+    return followed(ask_operation(INGEST, read(FolderIngest, values, "stored"), laboratory, jobs))
 
 
 @router.post("/ingest/checks/{job}/discard")
 def discard_checked(job: Key, store: OpenStore) -> Response:
     """Remove an upload that nobody wants to store; a folder that was named by its path stays as it
     is."""
-    arguments = _arguments(store, job)
-    if arguments.scratch is not None:
-        discard(Path(arguments.scratch))
+    for scratch in scratches_of(_asked(store, job)):
+        discard(scratch)
     return RedirectResponse("/ingest", 303)
 
 
-def _arguments(store: Store, key: int) -> IngestArguments:
+def _asked(store: Store, key: int) -> FolderReading:
     """What a dry run was asked for. Raises `UnknownJobError` for a job of another kind."""
     query = select(Job.arguments).where(Job.id == key, Job.kind == CHECK.name)
     stored = store.read(lambda session: session.scalar(query))
     if stored is None:
         raise UnknownJobError(f"job {key} is no check of a folder; its page is /jobs/{key}")
-    return CHECK.read(stored)
+    return read(FolderReading, stored, "stored")
 
 
 def faults_by_file(faults: Sequence[str]) -> dict[str, list[str]]:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -24,6 +23,7 @@ from ...schema.impacts import DatasetSnapshot, Impact, Pulse, Shot, SnapshotPuls
 from ...schema.jobs import DONE, FAILED, RUNNING, WAITING, Job
 from ..operations.diagnose.wording import with_labels
 from ..operations.ingest.recording_quality import recording_quality
+from ..operations.upload_folders import stored_scratch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,9 +131,9 @@ def _checked_folders(session: Session) -> Iterator[AttentionItem]:
         select(Job).options(undefer(Job.arguments)).where(Job.kind == "check", Job.state == DONE)
     )
     for job in session.scalars(query.order_by(Job.id.desc()).limit(_LISTED)):
-        scratch = job.arguments.get("scratch")
-        if scratch is not None and Path(scratch).is_dir():
-            folder = Path(str(job.arguments.get("folder", ""))).name
+        scratch = stored_scratch(job.arguments)
+        if scratch is not None and scratch.is_dir():
+            folder = job.label.removeprefix("Check of ").removeprefix("Check ")
             yield AttentionItem(
                 f"Folder {folder} was checked and is not stored yet.",
                 f"/ingest/checks/{job.id}",

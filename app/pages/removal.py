@@ -10,18 +10,15 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...schema.recordings import Recording
-from ...schema.removal.part import recording_part
 from ...schema.session import Store
-from ..operations.faults import FieldError
+from ..operations.faults import FieldError, read
 from ..operations.impacts.impact import get_impact, impact_page
-from ..operations.ingest.removal import (
-    delete_campaign,
-    discard_recording,
-    standing_lines,
-    standing_on,
-)
+from ..operations.ingest.removal import standing_lines, standing_on
+from ..operations.ingest.runs import RUN_DISCARD, DiscardedRecording, RunDiscard
+from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, Key, Name, OpenStore, Text
 from ..web.rendering import page, part
+from ..web.settings import Settings
 from .impact_lists import Ticked, ticked
 
 router = APIRouter()
@@ -33,12 +30,6 @@ def ask_campaign(request: Request, name: Name, store: OpenStore, settings: Confi
     return _confirmation_page(
         request, standing_on(store, settings.db, name), f"/campaigns/{part(name)}/delete"
     )
-
-
-@router.post("/campaigns/{name}/delete")
-def delete(name: Name, store: OpenStore, settings: Configured, reason: Reason) -> Response:
-    delete_campaign(store, settings.db, name, _stated(reason))
-    return RedirectResponse("/campaigns", 303)
 
 
 @router.get("/impacts/{impact}/discard")
@@ -53,18 +44,18 @@ def ask_recording(
 
 @router.post("/impacts/{impact}/discard")
 def discard(impact: Key, store: OpenStore, settings: Configured, reason: Reason) -> Response:
-    campaign, path = recording_of(store, impact)
-    with store.reading() as session:
-        chosen = recording_part(session, campaign, path)
-    discard_recording(store, settings.db, chosen, _stated(reason))
-    return RedirectResponse(f"/campaigns/{part(campaign)}", 303)
+    discarded = _discarded(store, settings, recording_of(store, impact), reason)
+    return RedirectResponse(discarded.address(), 303)
 
 
-def _stated(reason: str) -> str:
-    """Raises `FieldError` for a reason of blanks alone."""
-    if not reason.strip():
-        raise FieldError("reason", "The reason is empty; say why it is deleted.")
-    return reason
+def _discarded(
+    store: Store, settings: Settings, recording: tuple[str, str], reason: str
+) -> DiscardedRecording:
+    campaign, path = recording
+    values = {"campaign": campaign, "recording": path, "reason": reason}
+    laboratory = Laboratory(store, settings.db, folders=settings.folders)
+    request = read(RunDiscard, values, "network")
+    return RUN_DISCARD.answer(request, laboratory, lambda _done, _total, _what: None)
 
 
 @router.post("/impacts/reject")
@@ -81,10 +72,8 @@ def reject(
             "reason", "Say why these recordings are rejected; the reason is kept with each of them."
         )
     # all are looked up before any is gone
-    for campaign, path in dict.fromkeys([recording_of(store, key) for key in impacts]):
-        with store.reading() as session:
-            chosen = recording_part(session, campaign, path)
-        discard_recording(store, settings.db, chosen, reason)
+    for recording in dict.fromkeys([recording_of(store, key) for key in impacts]):
+        _discarded(store, settings, recording, reason)
     return RedirectResponse("/impacts", 303)
 
 

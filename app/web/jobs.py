@@ -15,6 +15,7 @@ from ...schema.jobs import DONE
 from ...schema.session import Store
 from ..jobs.claims import stop
 from ..jobs.kind import Arguments, JobForm, Kind
+from ..jobs.known_kinds import job_page
 from ..jobs.operation_kind import kind_of
 from ..jobs.queue import (
     JobView,
@@ -24,11 +25,13 @@ from ..jobs.queue import (
     is_repeatable,
     job_form,
     list_jobs,
+    this_host,
     users_of,
 )
 from ..jobs.worker import Worker
+from ..operations.faults import read
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation
+from ..operations.operation import Operation, same_fields
 from ..operations.operation import Request as OperationRequest
 
 _log = logging.getLogger("pyroshock.web")
@@ -128,7 +131,8 @@ def finished_result(running: Jobs, key: int, kind: str, noun: str) -> Any:
 
 def followed(job: JobView) -> Response:
     """On to the page of a job."""
-    return RedirectResponse(f"/jobs/{job.key}", 303)
+    page = job_page(job.kind) or "/jobs/{job}"
+    return RedirectResponse(page.format(job=job.key), 303)
 
 
 def ask_operation(
@@ -138,7 +142,12 @@ def ask_operation(
     jobs: Jobs,
     host: str | None = None,
 ) -> JobView:
-    """Queue a request. Raises what would only be refused after the work."""
+    """Queue a request, or its rehearsal. Raises what would only be refused after the work."""
     if operation.check is not None:
         operation.check(request, laboratory)
+    if operation.rehearsal is not None and getattr(request, "dry_run", False):
+        operation = operation.rehearsal
+        request = read(operation.request, same_fields(request, operation.request), "stored")
+    if operation.on_this_machine:
+        host = this_host()
     return jobs.ask(laboratory.store, kind_of(operation), operation.title(request), request, host)

@@ -1,5 +1,4 @@
-"""An uploaded campaign, as its files or as one ZIP, into a scratch folder; and the folders of this
-machine that may be ingested by their path.
+"""An uploaded campaign, as its files or as one ZIP, into a scratch folder.
 
 A name is what a stranger chose. What leaves the folder, hides, or unpacks to far more than was sent
 is refused before anything is written (zip slip, CWE-22; zip bomb, CWE-409).
@@ -9,89 +8,24 @@ from __future__ import annotations
 
 import stat
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
-from typing import IO, cast
+from typing import IO, Any
 
 from fastapi.concurrency import run_in_threadpool
-from sqlalchemy import select
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
 
-from ...ingest.extraction.settings import ExtractionSettings, Segmentation
-from ...schema.campaigns import Plan
 from ...schema.session import Store
-from ..jobs.job_kinds.ingest import CHECK, INGEST, IngestArguments, discard, make_scratch
-from ..jobs.queue import JobView, this_host
-from ..operations.faults import FieldError
-from .jobs import Jobs
+from ..jobs.queue import JobView
+from ..operations.fields import without_presentation
+from ..operations.form import read_form
+from ..operations.ingest.folder import INGEST
+from ..operations.laboratory import Laboratory
+from ..operations.machine_paths import CARD, MachinePath
+from ..operations.upload_folders import discard, make_scratch
+from .jobs import Jobs, ask_operation
 from .settings import Settings
-
-FILE = "campaign.toml"
-#: A tree of a million files is not walked through for a list of suggestions.
-_DEPTH, _MOST = 3, 200
-
-
-class PathError(ValueError):
-    """A path is not one that may be read; nothing of it is told but what was given. `field`: of the
-    form."""
-
-    field = "path"
-
-
-def confined(path: str, roots: Sequence[Path]) -> Path:
-    """The folder behind a path, links followed, if it lies below one of `roots` and holds a
-    campaign.
-
-    Raises `PathError` otherwise, in the same words whether or not there is something outside.
-    """
-    if not roots:
-        raise PathError(
-            "no folder may be read: start with pyroshock serve --data "
-            "FOLDER, or upload the campaign"
-        )
-    if "\0" in path:
-        raise PathError(f"{path!r} is no path")
-    for root in (root_path.resolve() for root_path in roots):
-        try:
-            resolved = (
-                root / path
-            ).resolve()  # a path that begins at the root of the disk stands for itself
-        except (OSError, RuntimeError):
-            continue
-        if resolved.is_relative_to(root) and (resolved / FILE).is_file():
-            return resolved
-    root_names = ", ".join(str(root) for root in roots)
-    raise PathError(f"{path!r} is no campaign folder (one with a {FILE}) below {root_names}")
-
-
-def campaigns_below(roots: Sequence[Path]) -> list[str]:
-    """Paths of campaign folders below `roots`, as `confined` takes them; the first 200."""
-    campaigns = []
-    for root in roots:
-        for folder in _walked(root.resolve(), _DEPTH):
-            campaigns.append(str(folder))
-            if len(campaigns) == _MOST:
-                return campaigns
-    return campaigns
-
-
-def _walked(folder: Path, depth: int) -> Iterator[Path]:
-    try:
-        if (folder / FILE).is_file():
-            yield folder
-            return
-        below = (
-            sorted(child for child in folder.iterdir() if child.is_dir() and not child.is_symlink())
-            if depth
-            else []
-        )
-    except OSError:
-        return
-    for child in below:
-        if not child.name.startswith("."):
-            yield from _walked(child, depth - 1)
-
 
 MOST_FILES, LONGEST_PATH, DEEPEST = 20_000, 400, 8
 #: Recordings pack to a third, text to a tenth; a bomb to a thousandth.
@@ -213,96 +147,47 @@ def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
 
 
 def _campaign(target: Path) -> Path:
-    cards = sorted(target.rglob(FILE), key=lambda path: len(path.parts))
+    cards = sorted(target.rglob(CARD), key=lambda path: len(path.parts))
     if not cards:
-        raise UploadError(f"no {FILE} among the files; it stands in the campaign's folder")
+        raise UploadError(f"no {CARD} among the files; it stands in the campaign's folder")
     if len(cards) > 1 and len(cards[0].parts) == len(cards[1].parts):
         raise UploadError(f"{len(cards)} campaigns among the files; upload one at a time")
     return cards[0].parent
 
 
-def ingest_job(
-    jobs: Jobs,
-    store: Store,
-    folder: Path,
-    settings: ExtractionSettings,
-    plan: str | None = None,
-    scratch: Path | None = None,
-    *,
-    dry_run: bool = False,
-) -> JobView:
-    """Queue the ingest of `folder`, or its dry run; the result of an ingest is `command-line.md`'s
-    JSON.
+def upload_form() -> dict[str, Any]:
+    """The body of such a form in the OpenAPI description."""
+    schema = without_presentation(INGEST.request.model_json_schema(mode="validation"))
+    fields = {name: part for name, part in schema["properties"].items() if name != "path"}
+    files = {"type": "array", "items": {"type": "string", "format": "binary"}}
+    body = {"type": "object", "required": ["files"], "properties": {"files": files, **fields}}
+    return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": body}}}}
 
-    `scratch` is removed however the ingest ends; that of a dry run is kept until somebody stores or
-    discards it.
+
+async def asked_of_upload(http: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
+    """The job of an ingest whose form brings the `files` in place of the path; other controls are
+    its fields.
+
+    Raises `UploadError`, `RequestError` and `FieldError`, and nothing is kept.
     """
-    arguments = IngestArguments(
-        str(folder), settings.as_json(), plan, None if scratch is None else str(scratch)
-    )
-    kind, label = (
-        (CHECK, f"Check of {folder.name}") if dry_run else (INGEST, f"Ingest of {folder.name}")
-    )
-    return jobs.ask(store, kind, label, arguments, host=this_host())
-
-
-async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
-    """The job for what a form brings: `files`, `plan`, settings of the extraction, and whether it
-    is a `dry_run`.
-
-    Raises `UploadError` and `FieldError`, and nothing is kept.
-    """
-    async with request.form(max_files=MOST_FILES) as form:
-        plan, segmentation, threshold = (
-            str(form.get(name) or "") for name in ("plan", "segmentation", "threshold")
-        )
-        chosen = extraction_settings(segmentation or "walk", threshold)
-        plan_name = await run_in_threadpool(known_plan, store, plan)
+    async with http.form(max_files=MOST_FILES) as form:
+        texts: dict[str, list[str]] = {}
+        for name, text in form.multi_items():
+            if isinstance(text, str):
+                texts.setdefault(name, []).append(text)
         sent = [
             (upload.filename or "", upload.file)
             for upload in form.getlist("files")
             if isinstance(upload, UploadFile)
         ]
         files = [file for file in sent if file[0]]
-        dry_run = bool(form.get("dry_run"))
-        scratch = make_scratch(dry_run=dry_run)
+        scratch = make_scratch(dry_run=bool(texts.get("dry_run")))
         try:
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
-            return ingest_job(jobs, store, folder, chosen, plan_name, scratch, dry_run=dry_run)
+            read_already = {"path": MachinePath(path=folder, scratch=scratch)}
+            request = read_form(INGEST, texts, files=read_already)
+            laboratory = Laboratory(store, settings.db, folders=settings.folders)
+            return await run_in_threadpool(ask_operation, INGEST, request, laboratory, jobs)
         except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
             discard(scratch)
             raise
-
-
-def extraction_settings(segmentation: str, threshold: str) -> ExtractionSettings:
-    """Settings of a form's texts; an empty threshold is the usual one. Raises `FieldError` with the
-    field."""
-    usual = ExtractionSettings()
-    try:
-        share = float(threshold) if threshold.strip() else usual.threshold
-    except ValueError as error:
-        expected = "expected a share of the peak such as 0.005"
-        raise FieldError(
-            "threshold", f"threshold {threshold!r} is no number; {expected}"
-        ) from error
-    try:
-        return ExtractionSettings(segmentation=cast(Segmentation, segmentation), threshold=share)
-    except ValueError as error:
-        raise FieldError(str(error).partition(" ")[0], str(error)) from error
-
-
-def known_plan(store: Store, name: str) -> str | None:
-    """The plan that a form names, None for an empty text. Raises `FieldError` for one that is not
-    in the store."""
-    wanted = name.strip()
-    if not wanted:
-        return None
-    if (
-        store.read(lambda session: session.scalar(select(Plan.id).where(Plan.name == wanted)))
-        is None
-    ):
-        raise FieldError(
-            "plan",
-            f"The store has no plan {wanted!r}; leave the field empty, or make the plan first.",
-        )
-    return wanted

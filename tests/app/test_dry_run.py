@@ -6,14 +6,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.app.operations.ingest.dry_run import dry_run
-from pyroshock.app.operations.ingest.service import IngestOptions
+from pyroshock.app.operations.ingest.dry_run import DryRun, dry_run
+from pyroshock.app.operations.ingest.request import FolderReading
+from pyroshock.app.operations.machine_paths import MachinePath
 from pyroshock.app.pages.ingest import faults_by_file, findings_by_check
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from support.records.campaigns import gun_campaign, hammer_campaign, recording_name, replace_in
 
-OPTIONS = IngestOptions(jobs=1, dry_run=True)
+
+def tried(store: Store, folder: Path) -> DryRun:
+    request = FolderReading(path=MachinePath(path=folder))
+    return dry_run(store, folder, request, processes=1)
 
 
 @pytest.fixture
@@ -35,7 +39,7 @@ def test_recordings_are_told_with_impacts_and_reasons_and_nothing_is_stored(
     store: Store, folder: Path
 ) -> None:
     before = count_rows(store)
-    checked = dry_run(store, folder, OPTIONS)
+    checked = tried(store, folder)
     assert (checked.campaign, checked.kind, checked.runs, checked.faults) == (
         "spring",
         "hammer",
@@ -43,7 +47,7 @@ def test_recordings_are_told_with_impacts_and_reasons_and_nothing_is_stored(
         [],
     )
     assert checked.added == {"recordings": 2, "impacts": 4, "shots": 0}
-    assert checked.sentence == "spring: 2 recordings, 4 impacts would be stored."
+    assert checked.summary() == "spring: 2 recordings, 4 impacts would be stored."
     rows = {row["recording"]: row for row in checked.recordings}
     assert {row["state"] for row in rows.values()} == {"new", "set aside"}
     assert (rows[recording_name(1)]["impacts"], rows[recording_name(2)]["impacts"]) == (2, 0)
@@ -54,8 +58,8 @@ def test_recordings_are_told_with_impacts_and_reasons_and_nothing_is_stored(
 
 def test_what_is_stored_already_is_marked(store: Store, folder: Path) -> None:
     ingest_folder(store, folder, jobs=1)
-    checked = dry_run(store, folder, OPTIONS)
-    assert checked.sentence == "spring: nothing new would be stored."
+    checked = tried(store, folder)
+    assert checked.summary() == "spring: nothing new would be stored."
     assert {row["state"] for row in checked.recordings} == {"stored already", "set aside"}
 
 
@@ -63,11 +67,11 @@ def test_every_fault_of_both_files_is_told(store: Store, tmp_path: Path) -> None
     folder = gun_campaign(tmp_path / "gun", 3)
     replace_in(folder / "campaign.toml", 'kind = "gun"', 'knid = "gun"')
     (folder / "runs.csv").write_text("run,repetition\nx,1\n1,one\n", encoding="utf-8")
-    checked = dry_run(store, folder, OPTIONS)
+    checked = tried(store, folder)
     grouped = faults_by_file(checked.faults)
     assert set(grouped) == {"campaign.toml", "runs.csv"} and len(grouped["runs.csv"]) >= 2
     assert (
-        checked.sentence
+        checked.summary()
         == f"The folder has {len(checked.faults)} faults; nothing of it can be stored."
     )
     assert checked.recordings == [] and count_rows(store)["campaigns"] == 0

@@ -52,9 +52,10 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     diagnosis is made up."""
     from pyroshock.app.demo.chapters import CHANGED
     from pyroshock.app.demo.virtual_campaign import fire_campaign
-    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.known_kinds import KINDS
     from pyroshock.app.jobs.queue import ask
     from pyroshock.app.operations.diagnose.diagnosing import keep
+    from pyroshock.app.operations.ingest.extract import Extraction
     from pyroshock.virtualbench.campaigns import ringing
     from support.stores.registries import without_figures
 
@@ -68,7 +69,7 @@ def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         with opened(url) as store:
             fire_campaign(store, CHANGED, out / CHANGED.name, lambda *_: None)
             keep(store, verdict(campaign=CHANGED.name))
-            ask(store, EXTRACT, "Extraction", ExtractArguments(CHANGED.name, {}))
+            ask(store, KINDS["extract"], "Extraction", Extraction(campaign=CHANGED.name))
     return place
 
 

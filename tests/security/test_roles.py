@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.jobs.claims import stop
-from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask
 from pyroshock.schema import migrate
 from pyroshock.schema.access import roles
@@ -91,7 +91,8 @@ def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ..
 
 def test_a_reader_looks_and_is_told_the_role_that_is_needed(server: Server, tmp_path: Path) -> None:
     with opened(server.address("keeper")) as store:
-        job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
+        asked = KINDS["extract"].read({"campaign": "spring"})
+        job = ask(store, KINDS["extract"], "pulses of spring", asked)
         result = pyroshock("work", "--db", server.address(READER))
         stop(store, job.key)
     assert (

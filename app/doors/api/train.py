@@ -1,4 +1,4 @@
-"""Registered models: listed, and judged. Extractions: each answers with its job."""
+"""Registered models: listed, and judged."""
 
 from __future__ import annotations
 
@@ -6,19 +6,12 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from ....ingest.extraction.settings import ExtractionSettings
-from ....schema.listings import get_campaign_id
-from ....schema.session import Store
 from ....training.registry.listing import chosen
 from ...common.model_registry import models_extra, needed, reader_of, registry_at
 from ...common.number_format import finite
-from ...jobs.job_kinds.ingest import EXTRACT, ExtractArguments
-from ...jobs.queue import JobView
 from ...operations.train.figures import held_out_figures, listed_versions
 from ...operations.train.service import decision_json
-from ...web.dependencies import Configured, Key, Name, OpenStore, Running
-from ...web.jobs import Jobs
-from .impacts import ExtractionOptions
+from ...web.dependencies import Configured, Key, Name, OpenStore
 
 router = APIRouter(tags=["models"])
 
@@ -58,24 +51,3 @@ def held_out(name: Name, version: Key, store: OpenStore, settings: Configured) -
         registry = needed(settings.db)
         record = chosen(registry.versions(), f"{name}@{version}")
         return finite(held_out_figures(registry, record, reader_of(store)))
-
-
-def extract_job(jobs: Jobs, store: Store, campaign: str, settings: ExtractionSettings) -> JobView:
-    """Queue an extraction; its result is `extract --json`. Raises `LookupError` for an unknown
-    campaign."""
-    with store.reading() as session:
-        get_campaign_id(session, campaign)
-    arguments = ExtractArguments(campaign, settings.as_json())
-    return jobs.ask(store, EXTRACT, f"Extraction of {campaign}", arguments)
-
-
-class RepeatedExtraction(ExtractionOptions):
-    """As the options of `pyroshock extract`."""
-
-
-@router.post("/campaigns/{name}/extract")
-def extract(
-    name: Name, options: RepeatedExtraction, store: OpenStore, running: Running
-) -> dict[str, Any]:
-    """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
-    return extract_job(running, store, name, options.settings()).as_json()

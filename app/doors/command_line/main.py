@@ -24,9 +24,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "campaigns",
             "List the campaigns; begin, show, delete, archive or restore one.",
         ),
-        "ingest": (".app.doors.commands.ingest", "ingest", "Read campaign folders into the store."),
+        "ingest": (
+            ".app.operations.ingest.folder",
+            "INGEST",
+            "Read campaign folders into the store.",
+        ),
         "runs": (
-            ".app.doors.commands.runs",
+            ".app.doors.commands.campaigns",
             "runs",
             "List the recordings of a campaign; show, discard or replace one.",
         ),
@@ -51,13 +55,13 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Compute the shock response spectrum of any recording.",
         ),
         "extract": (
-            ".app.doors.commands.ingest",
-            "extract",
+            ".app.operations.ingest.extract",
+            "EXTRACT",
             "Extract the pulses of a campaign again with other settings.",
         ),
         "calibrate": (
-            ".app.doors.commands.ingest",
-            "calibrate",
+            ".app.operations.ingest.calibrate",
+            "CALIBRATE",
             "Compute sensitivity and offset of a transducer.",
         ),
         "materials": (

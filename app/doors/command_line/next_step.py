@@ -23,6 +23,7 @@ def _store(context: click.Context) -> str:
 
     from ....schema.addresses import address_for_display
 
-    if context.get_parameter_source("db") is not ParameterSource.COMMANDLINE:
+    typed = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
+    if not typed or "db" not in context.params:
         return ""
     return f" --db {shlex.quote(address_for_display(context.params['db']))}"

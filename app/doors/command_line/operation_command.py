@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
@@ -27,9 +28,11 @@ from ...operations.operation import (
 )
 from . import completion
 from .common import (
+    STDOUT,
     db_option,
     errors_as_one_line,
     fail,
+    jobs_option,
     json_option,
     note,
     open_command_store,
@@ -58,6 +61,14 @@ def command_of(
     """The command of an operation, or of the variant of it that `request` is; `name` is its last
     word where it has several."""
     typed_request = request or operation.request
+    several = next(
+        (
+            name
+            for name, field in typed_request.model_fields.items()
+            if presentation_of(field).several
+        ),
+        None,
+    )
 
     def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
         files = {}
@@ -68,19 +79,29 @@ def command_of(
         for output in operation.outputs:
             if output.required and output not in files:
                 fail(f"--{output.name} is missing; expected the path of a file")
-        executor = given.pop("executor", None)
-        dry_run = given.pop("dry_run", False)
-        listing = given.pop("listing", None)
-        _perform(
-            operation, typed_request, _stated(given), files, db, json_to, executor, dry_run, listing
+        work = _Work(
+            db,
+            given.pop("executor", None),
+            given.pop("jobs", None) if operation.processes else None,
+            given.pop("dry_run", False) if operation.deletes is not None else False,
         )
+        listing = given.pop("listing", None)
+        values = _stated(given)
+        if several is not None:
+            json_to = _given_back(json_to, values, several)
+        every = [values]
+        if several is not None and values.get(several):
+            every = [{**values, several: value} for value in values[several]]
+        _perform(operation, typed_request, every, work, files, json_to, listing)
 
-    function: Any = db_option(call) if operation.uses_store else call
+    function: Any = db_option(call) if operation.uses_store else _unused_db(call)
     function = listing_options(function) if operation.listing else json_option(function)
     if operation.deletes is not None:
         function = deletion_options(function)
     if operation.workers:
         function = worker_options(operation.workers)(function)
+    if operation.processes:
+        function = jobs_option(operation.processes)(function)
     if any(".csv" in output.endings for output in operation.outputs):
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
@@ -137,6 +158,24 @@ def _help(operation: Operation[Any, Any], request: type[Request]) -> str:
     return f"{paragraphs}\n\n\b\nExample:{lines}" if lines else paragraphs
 
 
+def _unused_db(function: Callable[..., Any]) -> Callable[..., Any]:
+    return click.option(
+        "--db",
+        hidden=True,
+        expose_value=False,
+        help="This option is accepted as everywhere; nothing is read from the store.",
+    )(function)
+
+
+def _given_back(json_to: str | None, values: dict[str, Any], several: str) -> str | None:
+    """Where the JSON goes: behind `--json` may stand the first of several folders, which then is
+    the first value of the field."""
+    if json_to is None or json_to == STDOUT or not Path(json_to).is_dir():
+        return json_to
+    values[several] = (json_to, *values.get(several, ()))
+    return STDOUT
+
+
 def _stated(given: Mapping[str, Any]) -> dict[str, Any]:
     """What was typed: neither options that were left out nor empty repetitions."""
     return {name: value for name, value in given.items() if value not in (None, ())}
@@ -159,8 +198,8 @@ def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
     if shown.positional:
         return click.argument(
             name,
-            required=field.is_required(),
-            nargs=-1 if _is_repeated(kind) else 1,
+            required=field.is_required() and not shown.several,
+            nargs=-1 if _is_repeated(kind) or shown.several else 1,
             metavar=shown.metavar or None,
             shell_complete=complete,
         )
@@ -240,59 +279,92 @@ def _output_option(output: Output[Any]) -> Callable[[Any], Any]:
 # --- the work
 
 
+@dataclass(frozen=True)
+class _Work:
+    """Where a command works: the store, the processes, and whether a deletion is only tried."""
+
+    db: str
+    executor: ExecutorConfig | None
+    processes: int | None
+    dry_run: bool
+
+    def laboratory(self, store: Store) -> Laboratory:
+        """The laboratory of the command."""
+        executor = self.executor or ExecutorConfig()
+        return Laboratory(store, self.db, executor, processes=self.processes)
+
+
 def _perform(
     operation: Operation[Any, Any],
     request: type[Request],
-    values: Mapping[str, Any],
+    every: Sequence[Mapping[str, Any]],
+    work: _Work,
     files: Mapping[Output[Any], Path],
-    db: str,
     json_to: str | None,
-    executor: ExecutorConfig | None = None,
-    dry_run: bool = False,
-    listing: Listing | None = None,
+    listing: Listing | None,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
-        typed_request = read(request, values, "command")
+        requests = [read(request, values, "command") for values in every]
         for output, path in files.items():
             if output.check is not None:
                 output.check(path)
-    progress = progress_bar(operation.title(typed_request), operation.steps)
-    with _opened(operation, db) as store:
-        laboratory = Laboratory(store, db) if executor is None else Laboratory(store, db, executor)
-        if operation.check is not None:
-            with _faults_as_options(request):
-                operation.check(typed_request, laboratory)
-        if operation.deletes is not None:
-            lost = operation.deletes(typed_request, laboratory)
-            if dry_run:
-                note(f"{lost} can be deleted; nothing was deleted")
+    results: list[Result] = []
+    rehearsed = getattr(requests[0], "dry_run", False)
+    with _opened(operation, work.db, rehearsed=rehearsed) as store:
+        for command_request in requests:
+            result = _answer(operation, command_request, work, store)
+            if result is None:
                 return
-            confirm_deletion(lost)
-        try:
-            with progress as step:
-                result = operation.answer(typed_request, laboratory, step)
-        except NegativeAnswerError as error:
-            note(str(error))
-            raise click.exceptions.Exit(1) from error
-        if listing is not None and isinstance(result, Rows):
-            listing.show(map(dict, result.rows), result.empty, result.shortened)
-            for line in result.notes() if listing.json_to is None else ():
-                note(line)
-        else:
-            _tell(result, files, json_to)
-    if words := result.next_command():
+            results.append(result)
+            if listing is not None and isinstance(result, Rows):
+                listing.show(map(dict, result.rows), result.empty, result.shortened)
+                for line in result.notes() if listing.json_to is None else ():
+                    note(line)
+            else:
+                _tell(result, files, json_to)
+        if json_to is not None and listing is None:
+            answers = [result.to_json() for result in results]
+            write_json(answers[0] if len(answers) == 1 else answers, json_to)
+    first, *others = results
+    if words := first.next_command_with(others):
         suggest_next(*words)
-    if fault := result.fault():
+    for fault in filter(None, (result.fault() for result in results)):
         fail(fault)
-    if result.exit_code:
-        raise click.exceptions.Exit(result.exit_code)
+    if code := max(result.exit_code for result in results):
+        raise click.exceptions.Exit(code)
 
 
-def _opened(operation: Operation[Any, Any], db: str) -> AbstractContextManager[Store]:
+def _answer(
+    operation: Operation[Any, Any], request: Request, work: _Work, store: Store
+) -> Result | None:
+    """The answer; None where only a deletion was tried."""
+    progress = progress_bar(operation.title(request), operation.steps)
+    laboratory = work.laboratory(store)
+    if operation.check is not None:
+        with _faults_as_options(type(request)):
+            operation.check(request, laboratory)
+    if operation.deletes is not None:
+        lost = operation.deletes(request, laboratory)
+        if work.dry_run:
+            note(f"{lost} can be deleted; nothing was deleted")
+            return None
+        confirm_deletion(lost)
+    try:
+        with progress as step:
+            result: Result = operation.answer(request, laboratory, step)
+    except NegativeAnswerError as error:
+        note(str(error))
+        raise click.exceptions.Exit(1) from error
+    return result
+
+
+def _opened(
+    operation: Operation[Any, Any], db: str, *, rehearsed: bool
+) -> AbstractContextManager[Store]:
     if not operation.uses_store:
         return open_scratch_store()
-    if operation.needs_store:
+    if operation.needs_store and not (rehearsed and operation.creates_store):
         return open_command_store(db, create=operation.creates_store)
     return open_for_dry_run(db)
 
@@ -310,7 +382,6 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
     if json_to is not None:
         for text in sentences:
             note(text)
-        write_json(result.to_json(), json_to)
         return
     for text in sentences:
         click.echo(text)

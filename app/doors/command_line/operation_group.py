@@ -23,6 +23,8 @@ class OperationGroup(NounGroup):
         self.noun = noun
         self._operations = commands_of_noun(noun)
         listing = self.get_command_of("list") if "list" in self._operations else None
+        if listing is not None and any(isinstance(part, click.Argument) for part in listing.params):
+            listing = None  # a word behind the noun would be taken for its argument
         super().__init__(
             noun,
             help=text,

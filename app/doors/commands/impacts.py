@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import click
 
-from ..command_line.common import db_option, json_option, open_command_store
+from ..command_line.common import db_option, json_option, note, open_command_store, write_json
 from ..command_line.nouns import noun_group
 from .impact_records import impacts as list_impacts
 from .impact_records import show
-from .runs import DRY_RUN, REASON, discard_part
 
 
 @click.command()
@@ -18,8 +17,14 @@ from .runs import DRY_RUN, REASON, discard_part
 @click.option(
     "--all-of-recording", is_flag=True, help="Delete the other impacts of the same recording, too."
 )
-@REASON
-@DRY_RUN
+@click.option(
+    "--reason", required=True, metavar="TEXT", help="Say why. The store keeps the reason."
+)
+@click.option(
+    "--dry-run",
+    is_flag=True,
+    help="Report what would be removed and what depends on it, and change nothing.",
+)
 def delete(
     impact: int, db: str, json_to: str | None, all_of_recording: bool, reason: str, dry_run: bool
 ) -> None:
@@ -35,11 +40,20 @@ def delete(
         pyroshock impacts delete 2 --reason "the plate had come loose" --dry-run
     """
     with open_command_store(db) as store:
+        from ...operations.faults import read
         from ...operations.ingest.removal import recording_of_impact
+        from ...operations.ingest.runs import RUN_DISCARD, RunDiscard
+        from ...operations.laboratory import Laboratory
 
         with store.reading() as session:
             part = recording_of_impact(session, impact, all_of_recording=all_of_recording)
-        discard_part(store, db, part, reason, dry_run, json_to)
+        values = {"campaign": part.campaign, "recording": part.recording}
+        request = read(RunDiscard, {**values, "reason": reason, "dry_run": dry_run}, "command")
+        discarded = RUN_DISCARD.answer(request, Laboratory(store, db), lambda *_: None)
+    for line in discarded.notes():
+        note(line)
+    if json_to is not None:
+        write_json(discarded.to_json(), json_to)
 
 
 impacts = noun_group(list_impacts, {"show": show, "delete": delete}, list_impacts.help or "")

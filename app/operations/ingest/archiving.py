@@ -20,12 +20,38 @@ from ....schema.rows import Progress
 from ....schema.session import Store
 from ....schema.transfer.export import Archive, archive_of, opened_file, write_archive
 from ....schema.transfer.merging import merge
+from ....training.registry.model_storage import storage_for
 from .removal import adopted_elsewhere, checked_reason, deletion_lines, models_of, removal_lines
 
 
 class RestoreRefusedError(ValueError):
     """A file cannot be put back in the place of what was deleted; the message says why and what to
     do."""
+
+
+def archive_folder(db: str) -> Path:
+    """Where this machine keeps archives of the store at `db`: beside the folder of its models."""
+    models = storage_for(db, {}).folder
+    return models.with_name(models.name.removesuffix("-models") + "-archives").absolute()
+
+
+def kept_archive(db: str, path: str | None) -> Path | None:
+    """The file of a tombstone, where it lies in that folder; another file is never read."""
+    if path is None:
+        return None
+    file = Path(path)
+    return (
+        file if file.parent.resolve() == archive_folder(db).resolve() and file.is_file() else None
+    )
+
+
+def archived_in(store: Store, out: Path) -> dict[str, Any] | None:
+    """The tombstone of the campaign that lies in this file, as `deletion_lines` gives it; None
+    where there is none."""
+    with store.reading() as session:
+        query = select(Tombstone).where(Tombstone.archive_path == str(out.resolve()))
+        stone = session.scalars(query).first()
+        return None if stone is None else deletion_lines(stone)
 
 
 def archive_campaign(

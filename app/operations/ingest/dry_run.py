@@ -18,14 +18,16 @@ from ....schema.impacts import Impact, Shot
 from ....schema.recordings import SEVERITIES, STORED, QualityFinding, Recording
 from ....schema.rehearsal import run_rehearsal
 from ....schema.session import Store
-from .service import IngestOptions, ingest_into
+from ..operation import Result
+from .request import FolderReading
+from .service import ingest_into
 
 #: Rows of recordings and of findings that are kept with the job; a page shows no more.
 _MOST = 2000
 
 
 @dataclass(frozen=True)
-class DryRun:
+class DryRun(Result):
     """What an ingest would store. With `faults` the folder is refused as a whole, and the rest is
     empty.
 
@@ -44,8 +46,7 @@ class DryRun:
     plan: dict[str, Any] | None = None
     undeclared_factors: list[str] = field(default_factory=list)
 
-    @property
-    def sentence(self) -> str:
+    def summary(self) -> str:
         """One sentence for the list of jobs."""
         if self.faults:
             number = len(self.faults)
@@ -59,7 +60,7 @@ class DryRun:
         )
         return f"{self.campaign}: {words} would be stored."
 
-    def as_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Plain data for the row of the job."""
         return asdict(self)
 
@@ -67,14 +68,18 @@ class DryRun:
 def dry_run(
     store: Store,
     folder: Path,
-    options: IngestOptions,
+    request: FolderReading,
     progress: Callable[[int, int, str], None] | None = None,
+    *,
+    processes: int | None = None,
 ) -> DryRun:
     """Ingest `folder` within a transaction that is rolled back, and tell what was in it. Nothing is
     stored."""
     try:
         with run_rehearsal(store) as target:
-            ingested = ingest_into(target, folder, options, progress)
+            ingested = ingest_into(
+                target, folder, request, progress, processes=processes, dry_run=True
+            )
             with target.reading() as session:
                 facts, recordings = (
                     _facts(session, ingested.campaign),

@@ -3,52 +3,49 @@ note on facts that training needs; and a new folder from a plan of the store."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 import numpy as np
 from sqlalchemy import select
 
 from ....array_types import Floats
 from ....doe.plans import StoredRun, read_plan
+from ....ingest.errors import enumerated
 from ....ingest.extraction.impact_speed import ImpactSpeed, StruckPlate
 from ....ingest.folder.new_folder import KIND_OF_START, NewFolder, start_folder
+from ....ingest.storing.report import DISCARDED
 from ....schema.campaigns import Campaign
 from ....schema.session import Store
 from ....twin.contact.impacts import plate_impedance
 from ....twin.contact.target_motion import with_plate_motion
 from ...common.frames import frame_of, titled_table
 from ...common.plan_tables import cells_of
+from ..operation import Result
 from .campaign_overview import missing_facts_words
+from .request import FolderReading
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ....ingest.extraction.settings import ExtractionSettings
     from ....ingest.storing.plan_link import PlanLinks
     from ....ingest.storing.report import IngestReport
 
 
-@dataclass(frozen=True)
-class IngestOptions:
-    """What an ingest may be told; `pyroshock ingest --help` explains each. `target_motion` is
-    "none" or "plate"."""
-
-    settings: ExtractionSettings | None = None
-    jobs: int | None = None
-    plan: str | None = None
-    free_factors: Collection[str] = ()
-    confirmed: Collection[str] = ()
-    again: Collection[str] = ()
-    target_motion: str = "none"
-    dry_run: bool = False
+#: What is said of the campaign once, with its words.
+_SAID_WHOLE = (
+    "added-facts",
+    "missing-facts",
+    "velocity-differs-throughout",
+    "pressure-differs-throughout",
+)
 
 
 @dataclass(frozen=True, eq=False)
-class IngestedCampaign:
+class IngestedCampaign(Result):
     """What an ingest did. `report` has the totals of the campaign and what was added, `links` the
     plan's runs.
 
@@ -58,6 +55,7 @@ class IngestedCampaign:
     report: IngestReport
     links: PlanLinks | None
     dry_run: bool
+    folder: Path
 
     @property
     def campaign(self) -> str:
@@ -97,6 +95,56 @@ class IngestedCampaign:
         """As `pyroshock ingest --json` prints it."""
         return {**self.report.as_json(), "findings": self.findings}
 
+    def notes(self) -> Sequence[str]:
+        """What was added, set aside and found, and what does not match the plan."""
+        return (self._sentence(), *(f"  {line}" for line in self._remarks()))
+
+    def summary(self) -> str:
+        """What was added, in a few words."""
+        aside = len(self.report.set_aside)
+        return (
+            f"{self.campaign}: added {self.report.added_words}"
+            + (f"; {aside} recordings set aside" if aside else "")
+            + (f"; plan {self.links.plan}: {self.links.done} runs done" if self.links else "")
+        )
+
+    def address(self) -> str:
+        """The page of the campaign."""
+        return f"/campaigns/{quote(self.campaign, safe='')}"
+
+    def next_command(self) -> Sequence[str]:
+        """A dataset of the campaign; a diagnosis where it has no impacts."""
+        return self.next_command_with(())
+
+    def next_command_with(self, _others: Sequence[IngestedCampaign]) -> Sequence[str]:
+        """A dataset of all the campaigns."""
+        campaigns = (self, *_others)
+        if self.dry_run:
+            return ("ingest", *(str(campaign.folder) for campaign in campaigns))
+        if not any(campaign.report.impacts for campaign in campaigns):
+            return ("diagnose", self.campaign)
+        names = ",".join(campaign.campaign for campaign in campaigns)
+        return ("dataset", "build", self.campaign, "--from", names)
+
+    def _remarks(self) -> Iterator[str]:
+        report = self.report
+        if report.undeclared_factors:
+            yield (
+                f"free factors: {', '.join(report.undeclared_factors)} (not "
+                "declared in [factors] of campaign.toml)"
+            )
+        for item in report.set_aside:
+            yield f"set aside {item['recording']}: {item['reason']}"
+        for item in report.findings:
+            if item["check"] == DISCARDED:
+                yield item["message"]
+        yield from _findings_in_words(report.findings)
+        if self.links is not None:
+            links = self.links
+            yield (f"plan {links.plan}: {links.linked} repetitions linked, {links.done} runs done")
+            for mismatch in links.mismatches:
+                yield f"not as planned: run {mismatch['run']}: {mismatch['reason']}"
+
     def __repr__(self) -> str:
         return f"<{self._sentence()}>"
 
@@ -116,53 +164,57 @@ class IngestedCampaign:
         if self.dry_run:
             return (
                 f"{report.campaign}: dry run, nothing is stored; would add "
-                f"{added}; it would hold {totals}"
+                f"{added}; the campaign would hold {totals}"
             )
         return f"{report.campaign}: added {added}; the campaign holds {totals}"
 
 
-def ingest_campaign(
-    store: Store,
-    folder: Path,
-    options: IngestOptions,
-    progress: Callable[[int, int, str], None] | None = None,
-) -> IngestedCampaign:
-    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that
-    training needs.
-
-    Raises as `ingest.load.ingest_folder`.
-    """
-    from ....schema.rehearsal import run_rehearsal
-
-    with run_rehearsal(store) if options.dry_run else nullcontext(store) as target:
-        return ingest_into(target, folder, options, progress)
+def _findings_in_words(findings: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Findings about the whole campaign, then how often each check found something."""
+    by_check: dict[tuple[str, str], list[str | None]] = {}
+    for finding in findings:
+        if finding["check"] in _SAID_WHOLE:
+            yield f"{finding['severity']}: {finding['check']}: {finding['message']}"
+        elif finding["check"] != DISCARDED:
+            key = (finding["severity"], finding["check"])
+            by_check.setdefault(key, []).append(finding["channel"])
+    for (severity, check), channels in sorted(by_check.items()):
+        named = sorted({channel for channel in channels if channel is not None})
+        of = f" of {enumerated(named)}" if named else ""
+        yield f"{severity}: {check} ({len(channels)}){of}"
 
 
 def ingest_into(
     target: Store,
     folder: Path,
-    options: IngestOptions,
+    request: FolderReading,
     progress: Callable[[int, int, str], None] | None = None,
+    *,
+    processes: int | None = None,
+    dry_run: bool = False,
 ) -> IngestedCampaign:
-    """`ingest_campaign` into a store that is open already: for a dry run, the one of a
-    rehearsal."""
+    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that
+    training needs; for a dry run, `target` is the store of a rehearsal.
+
+    Raises as `ingest.load.ingest_folder`.
+    """
     from ....ingest.load import ingest_folder
     from ....ingest.storing.plan_link import link_to_plan
 
     report = ingest_folder(
         target,
         folder,
-        options.settings,
-        jobs=options.jobs,
+        request.settings(),
+        jobs=processes,
         progress=progress,
-        free_factors=options.free_factors,
-        confirmed=options.confirmed,
-        again=options.again,
-        target_motion=add_plate_motion if options.target_motion == "plate" else None,
+        free_factors=request.free_factors,
+        confirmed=request.confirmed,
+        again=request.again,
+        target_motion=add_plate_motion if request.target_motion == "plate" else None,
     )
-    links = link_to_plan(target, report.campaign, options.plan)
+    links = link_to_plan(target, report.campaign, request.plan)
     report.findings += training_notes(target, report.campaign)
-    return IngestedCampaign(report, links, options.dry_run)
+    return IngestedCampaign(report, links, dry_run, folder)
 
 
 def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) -> ImpactSpeed:

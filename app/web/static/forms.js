@@ -63,7 +63,7 @@ document.addEventListener("DOMContentLoaded", () => {
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("input", (event) => changed(form, event.target.name || "")));
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
-    if (event.defaultPrevented) return;
+    if (event.defaultPrevented || form.dataset.plain !== undefined) return; // the answer is a page
     event.preventDefault();
     const data = new FormData(form, event.submitter);
     busy(form, true);

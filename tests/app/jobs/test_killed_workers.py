@@ -11,11 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
 from pyroshock.app.operations.diagnose.request import DiagnosisRequest
-from pyroshock.ingest.extraction.settings import ExtractionSettings
+from pyroshock.app.operations.ingest.extract import Extraction
+from pyroshock.app.operations.ingest.request import FolderIngest
+from pyroshock.app.operations.machine_paths import MachinePath
 from pyroshock.schema.campaigns import Plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, RUNNING, WAITING
@@ -51,9 +52,7 @@ def count(store: Store) -> int:
 
 
 def asked_ingest(store: Store, folder: Path) -> int:
-    return ask(
-        store, INGEST, "Ingest", IngestArguments(str(folder), ExtractionSettings().as_json())
-    ).key
+    return ask(store, KINDS["ingest"], "Ingest", FolderIngest(path=MachinePath(path=folder))).key
 
 
 def begun(store: Store, key: int, url: str, folder: Path) -> subprocess.Popen[str]:
@@ -139,14 +138,13 @@ def test_workers_killed_at_any_moment_leave_every_effect_once(
         hammer_campaign(tmp_path / "spring", RECORDINGS, 1, "spring"),
         gun_campaign(tmp_path / "gun", 6, "gun"),
     )
-    threshold = ExtractionSettings(threshold=0.01)
     undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
     ingested(undisturbed, folder, *known)
     pyroshock("extract", "spring", "--threshold", "0.01", "--db", undisturbed)
     ingested(database_url, *known)
     with opened(database_url) as store:
         asked_ingest(store, folder)
-        ask(store, EXTRACT, "Extraction", ExtractArguments("spring", threshold.as_json()))
+        ask(store, KINDS["extract"], "Extraction", Extraction(campaign="spring", threshold=0.01))
         ask(store, PLAN, "Plan", PLANNED)
         diagnosis = DiagnosisRequest(campaign="gun", seed=1)
         ask(store, KINDS["diagnose"], "Diagnosis", diagnosis)

@@ -14,9 +14,13 @@ from typing import Any
 import pytest
 from pyroshock.app.common.model_registry import MissingExtraError
 from pyroshock.app.jobs.claims import stop
-from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, INGEST, ExtractArguments, IngestArguments
-from pyroshock.app.jobs.kind import JobResult, NotHereError, RunningJob
+from pyroshock.app.jobs.kind import JobResult, RunningJob
+from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, ask, get_job, list_jobs
+from pyroshock.app.operations.ingest.extract import Extraction
+from pyroshock.app.operations.ingest.request import FolderIngest
+from pyroshock.app.operations.machine_paths import MachinePath
+from pyroshock.app.operations.operation import NotHereError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working
@@ -205,8 +209,9 @@ def url(sqlite_url: str, tmp_path: Path) -> str:
     """A store with two jobs: an ingest, and an extraction of what is not there."""
     folder = gun_campaign(tmp_path / "spring", 2, "spring")
     with opened(sqlite_url, create=True) as store:
-        ask(store, INGEST, "Ingest of spring", IngestArguments(str(folder), {}))
-        ask(store, EXTRACT, "Extraction of autumn", ExtractArguments("autumn"))
+        path = MachinePath(path=folder)
+        ask(store, KINDS["ingest"], "Ingest of spring", FolderIngest(path=path))
+        ask(store, KINDS["extract"], "Extraction of autumn", Extraction(campaign="autumn"))
     return sqlite_url
 
 
@@ -228,7 +233,8 @@ def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path)
         (2, "failed", "extract")
     ]
     with opened(url) as store:
-        waiting = ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
+        spring = Extraction(campaign="spring")
+        waiting = ask(store, KINDS["extract"], "Extraction of spring", spring)
         result = pyroshock("jobs", "--db", url, "stop", waiting.key)
         assert (
             "Extraction of spring: stopped" in result.stderr

@@ -21,7 +21,7 @@ from pyroshock.app.doors.python import PythonMethod
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.faults import bare, bounds, read
-from pyroshock.app.operations.fields import presentation_of
+from pyroshock.app.operations.fields import TextFile, presentation_of
 from pyroshock.app.operations.form import form_page, text_of
 from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
@@ -33,6 +33,7 @@ from pyroshock.validation import blind_check
 from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
 from support.records import verdicts
+from support.records.campaigns import hammer_campaign, recording_name
 from support.stores.registries import at_its_place
 from support.stores.stores import opened, pyroshock, run_pyroshock
 from support.stores.web_stores import DATASET, HAMMER, filled_lab
@@ -71,6 +72,22 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "show-diagnosis": {"diagnosis": 1},
     "delete-diagnosis": {"diagnosis": 1},
     "blind-check": {"cases": 1, "tiers": ["weak"], "split": "development"},
+    "ingest": {"path": "{campaign}", "threshold": 0.02, "again": (recording_name(1),)},
+    "extract": {"campaign": "shelf", "segmentation": "mask", "smoothing": 0.98},
+    "campaign-list": {},
+    "campaign-show": {"campaign": "shelf"},
+    "campaign-init": {"folder": "{folder}", "kind": "hammer"},
+    "campaign-delete": {"campaign": "shelf", "reason": "wrong sensor", "dry_run": True},
+    "deleted-list": {"campaign": "shelf"},
+    "run-list": {"campaign": "shelf"},
+    "run-show": {"campaign": "shelf", "recording": recording_name(1)},
+    "run-discard": {"campaign": "shelf", "recording": recording_name(2), "reason": "loose plate"},
+    "calibrate": {
+        "file": "reference,reading_v\n0,0.3626\n1,0.9248\n2,1.4862\n3,2.0491\n",
+        "date": "2026-03-02",
+        "reading_u": "1mV",
+        "common_u": "5mbar",
+    },
 }
 #: What is answered before, so that the store has what the example names.
 BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
@@ -80,6 +97,15 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         if name.startswith("plan-") and name != "plan-next-runs"
     },
     "simulate": [("plan", _SPRING)],
+    **{
+        name: [("ingest", {"path": "{campaign}"})]
+        for name in EXAMPLES
+        if name.startswith(("extract", "campaign-", "run-")) and name != "campaign-init"
+    },
+    "deleted-list": [
+        ("ingest", {"path": "{campaign}"}),
+        ("campaign-delete", {"campaign": "shelf", "reason": "wrong sensor"}),
+    ],
     "dataset-delete": [
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "velocity": "integrated"})
     ],
@@ -93,8 +119,11 @@ DIAGNOSED = {"diagnose", "plan-next-runs", "adopt", "blind-check"} | {
 }
 #: Answered with the tests of their own features: they need a gun's campaign and its solved plate.
 ANSWERED_ELSEWHERE = {"tune", "validate"}
+#: Answered with the tests of pages, files and removal: a single door has them, or a door names a
+#: file that the others may not.
+ANSWERED_ELSEWHERE |= {"check", "campaign-page", "standing", "archive", "restore", "run-replace"}
 #: What an answer says of the moment, and not of what was asked.
-_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at"}
+_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at", "deleted_at"}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
 _SEEN_ON_A_PAGE = object()
 NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
@@ -178,9 +207,18 @@ def arguments(
     return [*words, *options, *more, "--", *places]
 
 
-def prepare(name: str, store: Store, url: str) -> None:
+def with_places(values: Mapping[str, Any], **places: Path) -> dict[str, Any]:
+    """An example with the folders that it names."""
+    return {
+        key: part.format(**places) if isinstance(part, str) else part
+        for key, part in values.items()
+    }
+
+
+def prepare(name: str, store: Store, url: str, campaign: Path) -> None:
     """Fill a store with what an example names."""
-    for other, values in BEFORE.get(name, []):
+    for other, example in BEFORE.get(name, []):
+        values = with_places(example, campaign=campaign)
         declared = operation(other)
         request = read(variant(declared, values), values, "python")
         declared.answer(request, Laboratory(store, url), lambda _done, _total, _what: None)
@@ -192,7 +230,8 @@ def wrong_values(field: FieldInfo) -> Iterator[Any]:
     if kind in (int, float):
         step = 1 if kind is int else 0.5
         for name, sign in (("ge", -1), ("gt", 0), ("le", 1), ("lt", 0)):
-            if name in limits:
+            # a number with a unit is typed as a text, which is shown as it was typed
+            if name in limits and not presentation_of(field).unit:
                 yield limits[name] + sign * step
         yield "magic"
     elif get_origin(kind) is Literal:
@@ -261,6 +300,7 @@ def test_a_request_gives_the_same_answer_at_every_door(
 ) -> None:
     declared = operation(name)
     answers: dict[str, Any] = {}
+    campaign = hammer_campaign(tmp_path / "shelf", 2, 1, "shelf")
     for door in DOORS:
         if door in declared.absent:
             continue
@@ -272,12 +312,10 @@ def test_a_request_gives_the_same_answer_at_every_door(
         folder.mkdir(exist_ok=True)
         if name in DIAGNOSED:
             filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
-        values = {
-            key: part.format(folder=folder / "out") if isinstance(part, str) else part
-            for key, part in EXAMPLES[name].items()
-        }
-        with window(url, works=door in ("json", "form")) as (client, store):
-            prepare(name, store, url)
+        values = with_places(EXAMPLES[name], folder=folder / "out", campaign=campaign)
+        works = door in ("json", "form")
+        with window(url, works=works, folders=(tmp_path,)) as (client, store):
+            prepare(name, store, url, campaign)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
         if answer is not _SEEN_ON_A_PAGE:
             answers[door] = json.loads(
@@ -300,6 +338,11 @@ def _answer(
     """What a door answers, as plain data."""
     if door == "command":
         words: list[str | Path] = ["--db", library.url] if declared.uses_store else []
+        for key, part in values.items():
+            if bare(variant(declared, values).model_fields[key].annotation) is TextFile:
+                table = folder / "table.csv"
+                table.write_text(part, encoding="utf-8")
+                values = {**values, key: str(table)}
         for output in declared.outputs:
             if output.required:
                 words += [f"--{output.name}", folder / f"file{output.endings[0]}"]
@@ -316,6 +359,9 @@ def _answer(
         answer = asked_as_json(client, declared, values)
         return ended(client, answer)["result"] if declared.long else answer.json()
     answer = asked_by_form(client, declared, values)
+    if declared.answered_here:
+        assert answer.status_code == 200 and "<table" in answer.text
+        return _SEEN_ON_A_PAGE
     assert answer.status_code == 200 and answer.json()["location"], answer.text
     if not declared.long:
         return _SEEN_ON_A_PAGE

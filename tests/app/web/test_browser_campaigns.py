@@ -253,7 +253,7 @@ def test_blank_reason_is_refused_at_its_field(browser, lab, page_name, field):
 
 
 @pytest.mark.parametrize(("address", "field", "typed", "button", "words"), [
-    ("/campaigns/rehearsal/extract", "#threshold", "much", "#try button", "is no number"),
+    ("/campaigns/rehearsal/extract", "#threshold", "9", "#try button", "threshold is 9"),
     ("/campaigns/rehearsal/extract", "#smoothing", "7", "#try button", "smoothing is 7"),
     ("/campaigns/rehearsal/export", "#where", "hardness=3", "#export button", "hardness"),
 ])  # fmt: skip

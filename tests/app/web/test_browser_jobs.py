@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
 from pyroshock.app.jobs.kind import JobResult, RunningJob
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.jobs.queue import ask
+from pyroshock.app.operations.ingest.request import FolderIngest
+from pyroshock.app.operations.machine_paths import MachinePath
 from pyroshock.app.operations.train.train import TRAIN, Training
 from pyroshock.schema.session import Writer, open_store
 from support.processes.browsers import Lab, at, page_of, served
@@ -190,8 +191,8 @@ def test_form_of_an_ingest_is_filled_with_folder_and_settings(browser, fresh):
         refilled(
             page,
             fresh,
-            INGEST,
-            IngestArguments(str(gone), {"segmentation": "mask", "threshold": 0.03}),
+            KINDS["ingest"],
+            FolderIngest(path=MachinePath(path=gone), segmentation="mask", threshold=0.03),
         )
         assert (
             page.input_value("#path") == str(gone)

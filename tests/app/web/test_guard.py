@@ -12,15 +12,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.app.operations.machine_paths import PathError, campaigns_below, confined
 from pyroshock.app.web.settings import Settings, SettingsError
-from pyroshock.app.web.uploads import (
-    PathError,
-    UploadError,
-    campaigns_below,
-    confined,
-    safe_path,
-    unpacked,
-)
+from pyroshock.app.web.uploads import UploadError, safe_path, unpacked
 from pyroshock.schema.session import Store, count_rows
 from starlette.testclient import TestClient
 from support.processes.web_client import post_json, sqlite, token, token_in, window

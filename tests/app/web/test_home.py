@@ -129,11 +129,13 @@ def test_a_failed_job_stays_until_the_same_succeeds_or_a_week_is_over(filled: La
 
 
 def test_running_and_waiting_jobs_are_shown_with_their_progress(tmp_path) -> None:
-    from pyroshock.app.jobs.job_kinds.ingest import EXTRACT, ExtractArguments
+    from pyroshock.app.jobs.known_kinds import KINDS
+    from pyroshock.app.operations.ingest.extract import Extraction
 
     with window(sqlite(tmp_path), works=False) as (client, store):
-        ask(store, EXTRACT, "Extraction of spring", ExtractArguments("spring"))
-        ask(store, EXTRACT, "Extraction of autumn", ExtractArguments("autumn"))
+        for name in ("spring", "autumn"):
+            asked = Extraction(campaign=name)
+            ask(store, KINDS["extract"], f"Extraction of {name}", asked)
         claimed(store)
         with store.writing() as session:
             session.execute(update(Job).where(Job.id == 1).values(done=3, total=4))

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.jobs.job_kinds.ingest import make_scratch
 from pyroshock.app.operations.ingest.planned_achieved import (
     bench_facts,
     constant_settings,
     planned_achieved_rows,
 )
+from pyroshock.app.operations.upload_folders import make_scratch
 from support.processes.browsers import until
 from support.processes.web_client import ended, post, token
 from support.records.campaigns import gun_campaign, hammer_campaign, recording_name

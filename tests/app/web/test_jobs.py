@@ -13,9 +13,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from pyroshock.app.jobs.job_kinds.ingest import discard, is_scratch, make_scratch
 from pyroshock.app.jobs.kind import RunningJob
 from pyroshock.app.jobs.queue import ask, get_job
+from pyroshock.app.operations.upload_folders import discard, is_scratch, make_scratch
 from pyroshock.schema.jobs import DONE, WAITING
 from pyroshock.twin.tune.attainability import Attainability, Obstacle
 from support.processes.odd_jobs import Odd, claimed, odd, work_off
@@ -186,12 +186,15 @@ def test_no_row_makes_a_worker_remove_what_is_no_upload(
 def test_a_folder_beyond_those_of_a_worker_is_not_read_and_scripts_name_what_there_is(
     tmp_path: Path,
 ) -> None:
-    from pyroshock.app.jobs.job_kinds.ingest import INGEST, IngestArguments
+    from pyroshock.app.jobs.known_kinds import KINDS
+    from pyroshock.app.operations.ingest.request import FolderIngest
+    from pyroshock.app.operations.machine_paths import MachinePath
 
     folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
     (tmp_path / "other").mkdir()
     with window(sqlite(tmp_path), works=False) as (_, store):
-        key = ask(store, INGEST, "Ingest", IngestArguments(str(folder), {})).key
+        asked = FolderIngest(path=MachinePath(path=folder))
+        key = ask(store, KINDS["ingest"], "Ingest", asked).key
         work_off(store, folders=(tmp_path / "other",))
         found = get_job(store, key)
         assert (found.state, f"may not read {folder}" in found.what) == (WAITING, True)
