@@ -104,8 +104,12 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
             | {"share of variance with time": shares.get(row["factor"], "")}
             for row in judged["changes"]
         ],
-        pairs=pairs_figure(judged["pair_labels"], as_floats(judged["pairs"])),
-        correlations=correlation_figure(judged["terms"], as_floats(judged["correlations"])),
+        pairs=pairs_figure(judged["pair_labels"], as_floats(judged["pairs"]))
+        if judged["pairs"]
+        else None,
+        correlations=correlation_figure(judged["terms"], as_floats(judged["correlations"]))
+        if judged["terms"]
+        else None,
         balance={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
     )
 

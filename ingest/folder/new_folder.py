@@ -145,6 +145,8 @@ def _recordings(folder: Path, pattern: str | None) -> list[str]:
         )
     suffixes = {suffix for reader in all_readers() for suffix in reader.suffixes}
     place = folder / text
+    if not folder.is_dir():  # it is made with the files of the campaign
+        return []
     try:
         files = place.rglob("*") if place.is_dir() else folder.glob(text)
         names = sorted(file.relative_to(folder).as_posix() for file in files if file.is_file())

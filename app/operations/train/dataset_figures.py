@@ -47,7 +47,7 @@ def correlation_plot(table: PulseTable) -> Plot:
         )
         for (i, j), value in np.ndenumerate(coefficients.matrix)
     )
-    colour = PlotAxis("correlation", DIMENSIONLESS, limits=(-1.0, 1.0))
+    colour = PlotAxis("correlation", "-", limits=(-1.0, 1.0))
     names = tuple(coefficients.names)
     return Plot(
         f"Correlation of the predictors, {len(table)} pulses",

@@ -37,8 +37,8 @@ from ...figures.figure import (
 from ...figures.matplotlib_renderer import png
 from .charts import METRIC_NAMES
 
-#: Units of metrics; the others have none.
-_UNITS = {"force_rmse_n": "N"}
+#: Units of metrics; the others are relative.
+_UNITS = {"force_rmse_n": "N", "force_nrmse": "share of range", "cost": "eq. 5.4, of 1,000"}
 #: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic
 #: pulses.
 _BEST = 3
@@ -117,7 +117,7 @@ def by_test_figure(
     values, runs = _ranked(errors, metric), runs_of(pulses)
     means = np.concatenate([runs.mean(of_model) for of_model in values.values()])
     scale: Scale = "log" if _spans_decades(means) else "linear"
-    axis = PlotAxis("error", _UNITS.get(metric, DIMENSIONLESS), scale, from_zero=True)
+    axis = PlotAxis("error", _UNITS.get(metric, "relative"), scale, from_zero=True)
     rows = tuple(
         (_by_test_plot(runs, runs.mean(of_model), name, float(of_model.mean()), axis),)
         for name, of_model in values.items()

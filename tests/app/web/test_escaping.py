@@ -320,7 +320,7 @@ def test_a_plan_made_here_may_have_any_name_and_the_options_of_its_method(
     assert (job["state"], job["error"]) == ("done", None)
     with store.reading() as session:
         assert session.scalar(select(Plan.method).where(Plan.name == "faced")) == (
-            "central-composite categorical=cross centre=1"
+            "central-composite centre=1 categorical=cross"
         )
     for method in METHODS.values():
         page = client.get("/plans/new").text
