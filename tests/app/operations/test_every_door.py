@@ -76,7 +76,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "extract": {"campaign": "shelf", "segmentation": "mask", "smoothing": 0.98},
     "campaign-list": {},
     "campaign-show": {"campaign": "shelf"},
-    "campaign-init": {"folder": "{folder}", "kind": "hammer"},
+    "campaign-init": {"folder": "{folder}", "kind": "gun", "plan": "spring"},
     "campaign-delete": {"campaign": "shelf", "reason": "wrong sensor", "dry_run": True},
     "deleted-list": {"campaign": "shelf"},
     "run-list": {"campaign": "shelf"},
@@ -97,6 +97,7 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         if name.startswith("plan-") and name != "plan-next-runs"
     },
     "simulate": [("plan", _SPRING)],
+    "campaign-init": [("plan", _SPRING)],
     **{
         name: [("ingest", {"path": "{campaign}"})]
         for name in EXAMPLES
