@@ -323,13 +323,13 @@ def space_from_text(text: str) -> Space:
     )
 
 
-def space_from_form(text: str) -> Space:
-    """The space that a text typed into a form describes. Raises `ValueError` as `read_space`, with
-    the field's name."""
+def space_from_form(text: str, name: str = "factors") -> Space:
+    """The space that a text typed into a form, or read of a file, describes. Raises `ValueError` as
+    `read_space`, with the `name` of the field or the file."""
     try:
         return space_from_text(text)
     except ValueError as error:
-        raise ValueError(f"factors: {error}") from error
+        raise ValueError(f"{name}: {error}") from error
 
 
 def shipped_factors(kind: Kind) -> str:

@@ -61,7 +61,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     work = tmp_path_factory.mktemp("package")
     source = copytree(PACKAGE, work / "source")
     options = ("--no-deps", "--no-build-isolation", "--no-index", "--target", str(work / "site"))
-    command = [sys.executable, "-m", "pip", "install", "-qq", *options, str(source)]
+    # isolated: options in the environment or the settings of a user are for other installations
+    pip = [sys.executable, "-m", "pip", "--isolated", "install"]
+    command = [*pip, "-qq", *options, str(source)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return work / "site"

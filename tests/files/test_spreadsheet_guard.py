@@ -140,7 +140,7 @@ def test_the_product_writes_csv_nowhere_else() -> None:
             "virtualbench/plate/modes.py": {"csv.writer"},
             "virtualbench/recorder.py": {"csv.DictWriter"},
             "app/operations/train/datasets.py": {"guarded_frame(frame).to_csv"},
-            "app/operations/plan/service.py": {"guarded_frame(table).to_csv"},
+            "app/library/plans.py": {"guarded_frame(table).to_csv"},
             "app/operations/tune/service.py": {"table.to_csv"},
         }
         and places.keys() >= FOR_PROGRAMS

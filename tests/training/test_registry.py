@@ -357,7 +357,7 @@ def _two_repetitions():
 def _without_law(table):
     """Twelve configurations with forces far from each other, whatever the predictors say."""
     few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::5]))
-    factor = np.exp(0.7 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
+    factor = np.exp(0.2 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
     return _scaled(few, factor[np.unique(few.configuration, return_inverse=True)[1]])
 
 

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from ....parallel.executor import ExecutorConfig
-from ...common.progress import progress_bar
+from ...common.progress import WorkProgress, progress_bar
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
@@ -310,10 +310,13 @@ def _perform(
             if output.check is not None:
                 output.check(path)
     results: list[Result] = []
+    progress = progress_bar(operation.title(requests[0]), operation.steps)
     rehearsed = getattr(requests[0], "dry_run", False)
     with _opened(operation, work.db, rehearsed=rehearsed) as store:
-        for command_request in requests:
-            result = _answer(operation, command_request, work, store)
+        for number, command_request in enumerate(requests):
+            if number:
+                progress = progress_bar(operation.title(command_request), operation.steps)
+            result = _answer(operation, command_request, work, store, progress)
             if result is None:
                 return
             results.append(result)
@@ -336,10 +339,13 @@ def _perform(
 
 
 def _answer(
-    operation: Operation[Any, Any], request: Request, work: _Work, store: Store
+    operation: Operation[Any, Any],
+    request: Request,
+    work: _Work,
+    store: Store,
+    progress: WorkProgress,
 ) -> Result | None:
     """The answer; None where only a deletion was tried."""
-    progress = progress_bar(operation.title(request), operation.steps)
     laboratory = work.laboratory(store)
     if operation.check is not None:
         with _faults_as_options(type(request)):

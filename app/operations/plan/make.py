@@ -206,7 +206,7 @@ REQUESTS: Mapping[str, type[Planning]] = {
 def check(request: Planning, laboratory: Laboratory) -> None:
     """Raises `ValueError` for factors that cannot be used, and for a name in use."""
     if request.factors is not None:
-        space_from_form(request.factors.text)
+        space_from_form(request.factors.text, str(request.factors.path or "factors"))
     with laboratory.store.reading() as session:
         if session.scalar(select(Plan.id).where(Plan.name == request.name)) is not None:
             raise PlanExistsError(

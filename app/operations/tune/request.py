@@ -27,7 +27,7 @@ _MOST_BYTES = 260_000
 def _factors(given: TextFile) -> TextFile:
     from ....doe.space import space_from_form
 
-    space_from_form(given.text)
+    space_from_form(given.text, str(given.path or "factors"))
     return given
 
 

@@ -243,7 +243,7 @@ def test_what_was_asked_for_is_done_listed_and_stopped(url: str, tmp_path: Path)
 
 
 def test_a_job_that_an_older_version_was_asked_for_is_done(tmp_path: Path) -> None:
-    stored = Path(__file__).parents[2] / "schema" / "stored" / "0004.sqlite.z"
+    stored = Path(__file__).parents[2] / "schema" / "stored" / "0013.sqlite.z"
     (tmp_path / "old.db").write_bytes(zlib.decompress(stored.read_bytes()))
     url = f"sqlite:///{tmp_path / 'old.db'}"
     assert pyroshock("db", "upgrade", "--db", url).exit_code == 0
