@@ -67,6 +67,7 @@ from ..operations.train.wording import (
     share_with_range,
     unseen,
     version_sentences,
+    version_tables,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
 from ..web.rendering import page
@@ -296,6 +297,7 @@ def model(
             row=row,
             splits=splits,
             sentences=version_sentences(row),
+            tables=version_tables(row),
             found=figures,
             why_not=why_not,
             against={}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +29,8 @@ from ..operations.tune.verdict import (
     answer_sentences,
     best_sentences,
     next_steps,
-    proposal_row,
+    setting_words,
+    tuning_tables,
 )
 from ..twins.building import PRIOR
 from ..web.dependencies import Key, OpenStore, Running, Word
@@ -125,11 +128,30 @@ def tuned(request: Request, job: Key, running: Running) -> Response:
         answer=" ".join(map(str, answers)),
         verdict=" ".join(map(str, best_sentences(data))),
         met=bool(answers) and answers[0].rule is REACHES,
-        rows=[proposal_row(row, data) for row in data["proposals"]],
+        tables=[
+            replace(table, rows=_with_alternatives(table.rows, data))
+            if "rank" in table.rows[0]
+            else table
+            for table in tuning_tables(data)
+        ],
         steps=next_steps(data),
         links=links,
         figure=tuned_figure(data) if data["proposals"] else None,
     )
+
+
+def _with_alternatives(
+    rows: Sequence[Mapping[str, Any]], data: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """The proposals with where they lie outside of the model, and what serves as well."""
+    return [
+        {
+            **row,
+            "outside of the model's range": "; ".join(proposal["outside_domain"]),
+            "alternatives": "; ".join(setting_words(each)[0] for each in proposal["alternatives"]),
+        }
+        for row, proposal in zip(rows, data["proposals"], strict=True)
+    ]
 
 
 _SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material",

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from ...common.number_format import join_words, percent, percent_range
 from ...twins.adopted_effects import adoptable_names, effects_of_stages
+from ..operation import ResultTable
 from .request import restrictions_among
 from .statements import is_agreement, own_error, summary
+from .tables import OF_SENTENCES, tables
 from .wording import effect_subject, set_name, spell_sets
 
 if TYPE_CHECKING:
@@ -81,12 +83,14 @@ def _drawn(share: float) -> float | None:
 @dataclass(frozen=True)
 class DiagnosisParts:
     """What the page shows of a verdict: sections as HTML (escaped where they are made) by their
-    place, the rows of the table of effects (`explained`: with their figures), and what can be
-    adopted: value of the form -> words."""
+    place, the tables that the first sentences take their `numbers` from, the rows of the table of
+    effects (`explained`: with their figures), and what can be adopted: value of the form ->
+    words."""
 
     sentence: str = ""
     restriction: str = ""
     path: Sequence[StageCard] = ()
+    numbers: Sequence[ResultTable] = ()
     next_steps: str = ""
     before: str = ""
     after: str = ""
@@ -120,6 +124,11 @@ def parts_of(verdict: Verdict) -> DiagnosisParts:
         sentence=summary(verdict),
         restriction=" ".join(restrictions_among(verdict.assumptions)),
         path=stage_cards(verdict),
+        numbers=[
+            part
+            for part in tables(verdict)
+            if isinstance(part, ResultTable) and part.title in OF_SENTENCES
+        ],
         next_steps=_html(titled, steps),
         before=_html(titled, before),
         after=_html(titled, after),

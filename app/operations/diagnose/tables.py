@@ -26,21 +26,26 @@ from .wording import (
 
 Row = dict[str, Any]
 
+SIZES, SETS = "Size of the model error", "Sets of effects of which at least one acts"
+CAUSES, HELD_OUT = "Causes", "On configurations that the fit has not seen"
+#: What the first sentences take their numbers from.
+OF_SENTENCES = (SIZES, SETS, CAUSES, HELD_OUT)
+
 
 def tables(verdict: Verdict) -> tuple[ResultTable | Lines, ...]:
     """All of a diagnosis but its first sentences; what there is nothing of is left out."""
     parts: tuple[ResultTable | Lines, ...] = (
         Lines("What to do next", next_steps(verdict)),
-        ResultTable("Size of the model error", tuple(_sizes(verdict))),
+        ResultTable(SIZES, tuple(_sizes(verdict))),
         *_effects(verdict),
-        ResultTable("Sets of effects of which at least one acts", tuple(_sets(verdict))),
+        ResultTable(SETS, tuple(_sets(verdict))),
         ResultTable(
             "Path of the model error on configurations that the fit has not seen",
             tuple(_path(verdict)),
         ),
-        ResultTable("Causes", tuple(_causes(verdict))),
+        ResultTable(CAUSES, tuple(_causes(verdict))),
         ResultTable("Where the error lies", tuple(_places(verdict))),
-        ResultTable("On configurations that the fit has not seen", tuple(_held_out(verdict))),
+        ResultTable(HELD_OUT, tuple(_held_out(verdict))),
         Lines("The next experiment", next_experiment(verdict)),
         ResultTable("Runs of the next experiment", tuple(_next_runs(verdict))),
         Lines("Assumptions", verdict.assumptions),

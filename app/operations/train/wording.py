@@ -215,10 +215,12 @@ def _band_sentences(row: Mapping[str, Any]) -> Iterator[Sentence]:
 def version_tables(row: Mapping[str, Any]) -> list[ResultTable]:
     """The figures of a version, and the limits of a usable one."""
     rows: list[dict[str, Any]] = []
+    has_thesis = any(metric.get("thesis") is not None for metric in row["metrics"].values())
     for name, metric in row["metrics"].items():
         low, high = bounded(metric["ci90"]) or (None, None)
         values = {"mean": metric["mean"], "from": low, "to": high}
         values |= {f"repeatability by {scope}": floor for scope, floor in metric["floor"].items()}
+        values |= {"thesis": metric.get("thesis")} if has_thesis else {}
         cells = {column: metric_cell(name, value) for column, value in values.items()}
         rows.append({"figure": heading(name).partition(" (")[0], **cells})
     for name, value in (row["coverage90"] or {}).items():

@@ -7,7 +7,6 @@ import re
 from typing import Any
 
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from pyroshock.app.operations.sentence import HOLDS, NOT_ENOUGH, TOO_NARROW, TOO_WIDE
 from pyroshock.app.operations.validate.validation import score_rows
 from pyroshock.app.operations.validate.verdict import (
@@ -18,34 +17,9 @@ from pyroshock.app.operations.validate.verdict import (
     quantity_words,
     verdict_sentences,
 )
+from support.records.random_answers import validations
 
-NAMES = ("velocity", "peak_force", "impulse", "peak_acceleration_acceleration_1", "srs_top")
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
-
-
-@st.composite
-def scores(draw: st.DrawFn, name: str) -> dict[str, Any]:
-    values = draw(st.integers(1, 300))
-    return {
-        "name": name,
-        "unit": "dB" if name.startswith("srs_") else "ln",
-        "shots": values,
-        "configurations": draw(st.integers(1, values)),
-        "values": values,
-        "effective_values": draw(st.floats(1.0, values)),
-        "coverage50": draw(st.floats(0.0, 1.0)),
-        "coverage90": draw(st.sampled_from((0.0, 1.0, 0.9)) | st.floats(0.6, 1.0)),
-        "median_abs_error": draw(st.floats(0.0, 3.0)),
-        "bias": draw(st.floats(-1.0, 1.0)),
-        "sharpness90": draw(st.floats(0.01, 3.0)),
-        "crps": draw(st.floats(0.001, 1.0)),
-    }
-
-
-@st.composite
-def validations(draw: st.DrawFn) -> dict[str, Any]:
-    names = draw(st.lists(st.sampled_from(NAMES), min_size=1, unique=True))
-    return {"quantities": [draw(scores(name)) for name in names]}
 
 
 @settings(max_examples=400)

@@ -753,7 +753,7 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         "At its worst line, 100 Hz, the expected level differs by" in page.text
         and "What to try next" in page.text
     )
-    assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
+    assert "4 bar, 0.5 kg, titanium tip of 45 mm radius, no anvil, position #1" in page.text
     assert filled.added(before) == {}
 
 
