@@ -49,7 +49,7 @@ def _added() -> Iterator[EffectParameter]:
     """Of effects of other packages, which are asked as the catalogue asks them. What cannot be
     loaded has none: the catalogue says why."""
     for plugin in list_plugins(EFFECTS):
-        with suppress(Exception):
+        with suppress(Exception):  # whatever its code raises: the catalogue reports it
             for item in plugin.load().parameters():
                 name = f"{plugin.name}.{item.name}"
                 yield EffectParameter(name, item.unit, item.low, item.high)

@@ -115,7 +115,7 @@ def quantity(unit: str, *, named: bool = False) -> Any:
         if isinstance(value, bool):
             raise ValueError(f"{info.field_name} is {value!r}; expected a number with a unit")
         if named and source_of(info) == "network" and isinstance(value, str):
-            with suppress(ValueError):
+            with suppress(ValueError):  # a text with a unit is read below
                 return float(value)
         try:
             return si(value, unit, info.field_name or "value")

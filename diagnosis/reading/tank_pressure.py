@@ -151,9 +151,7 @@ def read_tank_pressures(
             without_rest[place] = _block_means(channel, channel.start_s)
         elif lacks_pressures:
             means = _block_means(channel, channel.start_s)
-            with suppress(
-                ValueError
-            ):  # averaged, a drop that was seen may be too short to be seen again
+            with suppress(ValueError):  # once averaged, a drop may be too short to be seen again
                 drops.append(pressure_drop(means.values, means.sampling_rate_hz))
         if exit_s is None:
             result.without_passage += 1
