@@ -11,10 +11,10 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request as HttpRequest
 from starlette.responses import RedirectResponse, Response
 
-from ..operations.faults import Fault, RequestError
+from ..operations.faults import Fault, RequestError, read
 from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation
+from ..operations.operation import Operation, Request
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
@@ -60,12 +60,19 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
             return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
             operation.check(request, laboratory)
+        return tell(http, request, laboratory)
+
+    def tell(http: HttpRequest, request: Request, laboratory: Laboratory) -> Response:
         answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)
         if operation.answered_here:
             return page(http, "answer.html", operation=operation, answer=answer)
         return RedirectResponse(answer.address(), 303)
 
-    def show(http: HttpRequest) -> Response:
+    def show(http: HttpRequest, store: OpenStore, settings: Configured) -> Response:
+        if operation.listing:
+            laboratory = Laboratory(store, settings.db, folders=settings.folders)
+            request = read(operation.request, dict(http.query_params), "network", settings.folders)
+            return tell(http, request, laboratory)
         return page(
             http,
             "operation.html",

@@ -97,11 +97,6 @@ def form_values(job: Key, running: Running) -> dict[str, Any]:
     return {"form": form.form, "fields": dict(form.fields)}
 
 
-@router.post("/jobs/{job}/stop")
-def stop(job: Key, running: Running) -> Response:
-    return followed(running.stop(job))
-
-
 @router.post("/jobs/{job}/again")
 def again(job: Key, store: OpenStore, running: Running) -> Response:
     """Ask for a job that failed or was stopped once more, with the same values."""

@@ -13,7 +13,6 @@ from starlette.responses import RedirectResponse, Response
 from ...schema.engine import StoreRoleError
 from ...schema.jobs import DONE
 from ...schema.session import Store
-from ..jobs.claims import stop
 from ..jobs.kind import Arguments, JobForm, Kind
 from ..jobs.known_kinds import job_page
 from ..jobs.operation_kind import kind_of
@@ -98,10 +97,6 @@ class Jobs:
         if self._worker is not None:
             self._worker.ask_now()
         return job
-
-    def stop(self, key: int) -> JobView:
-        """Ask a job to end; one that has ended stays as it is."""
-        return stop(self._store, key)
 
     def close(self, patience_s: float = 4.0) -> None:
         """End the worker: what it has in hand goes back to the queue, at its next step or without
