@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..operations.fields import Presentation, request_field
 from ..operations.laboratory import Laboratory
-from ..operations.operation import FormPage, Operation, Progress, Request, Result, Rows
+from ..operations.operation import FormPage, Operation, Progress, Report, Request, Result, Rows
 
 if TYPE_CHECKING:
     from .queue import JobView
@@ -167,41 +167,22 @@ JOB_STOP: Operation[NamedJob, StoppedJob] = Operation(
 )
 
 
-@dataclass(frozen=True)
-class DeletedJob(Result):
-    """A job that is no longer listed."""
-
-    job: int
-    label: str
-
-    def notes(self) -> Sequence[str]:
-        """Its number and what it was."""
-        return (f"job {self.job}, {self.label}: deleted",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Its number and what it was."""
-        return {"job": self.job, "label": self.label}
-
-    def address(self) -> str:
-        """The list of jobs."""
-        return "/jobs"
-
-
 def _ended(request: NamedJob, laboratory: Laboratory) -> str:
     from .queue import ended_job
 
     return f"job {request.job}, {ended_job(laboratory.store, request.job).label}"
 
 
-def _delete(request: NamedJob, laboratory: Laboratory, _: Progress) -> DeletedJob:
+def _delete(request: NamedJob, laboratory: Laboratory, _: Progress) -> Report:
     from .queue import delete_job, ended_job
 
     label = ended_job(laboratory.store, request.job).label
     delete_job(laboratory.store, request.job)
-    return DeletedJob(request.job, label)
+    line = f"job {request.job}, {label}: deleted"
+    return Report((line,), {"job": request.job, "label": label}, "/jobs")
 
 
-JOB_DELETE: Operation[NamedJob, DeletedJob] = Operation(
+JOB_DELETE: Operation[NamedJob, Report] = Operation(
     name="job-delete",
     request=NamedJob,
     run=_delete,

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator
 
 from ..operations.fields import Presentation, Texts, quantity, request_field
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation, Progress, Request, Result
+from ..operations.operation import Operation, Progress, Report, Request
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
 _SHORTEST_LEASE_S = 1.0
@@ -54,22 +53,7 @@ class WorkerStart(Request):
     )
 
 
-@dataclass(frozen=True)
-class FinishedWork(Result):
-    """How many jobs a worker has done."""
-
-    jobs: int
-
-    def notes(self) -> Sequence[str]:
-        """Their number."""
-        return (f"{self.jobs} job{'' if self.jobs == 1 else 's'}",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Their number."""
-        return {"jobs": self.jobs}
-
-
-def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> FinishedWork:
+def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> Report:
     from .worker import Worker
 
     worker = Worker(
@@ -81,7 +65,8 @@ def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> Finished
     )
     laboratory.tell(f"pyroshock: {worker.hand.name} works")
     with _ended_as_by_hand():
-        return FinishedWork(worker.run(once=request.once))
+        count = worker.run(once=request.once)
+    return Report((f"{count} job{'' if count == 1 else 's'}",), {"jobs": count})
 
 
 @contextmanager
@@ -94,7 +79,7 @@ def _ended_as_by_hand() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-WORK: Operation[WorkerStart, FinishedWork] = Operation(
+WORK: Operation[WorkerStart, Report] = Operation(
     name="work",
     request=WorkerStart,
     run=_work,

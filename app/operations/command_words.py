@@ -58,41 +58,23 @@ SECTIONS: dict[str, dict[str, str]] = {
 #: First words of commands, in the order of the help.
 COMMANDS = {word: text for words in SECTIONS.values() for word, text in words.items()}
 
-#: Noun -> examples in its help, whose first sentence is that of its section.
-NOUNS: dict[str, tuple[str, ...]] = {
-    "campaigns": (
-        "pyroshock campaigns --json",
-        "pyroshock campaigns show rehearsal",
-        'pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn" '
-        "--dry-run",
-    ),
-    "runs": (
-        "pyroshock runs list rehearsal",
-        "pyroshock runs show rehearsal recordings/0001-01.npz",
-        'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run',
-    ),
-    "materials": ("pyroshock materials --columns name,density_kg_m3",),
-    "plan": (
-        "pyroshock plan lhs autumn --runs 12",
-        "pyroshock plan sheet autumn --out autumn.html",
-        "pyroshock plan status autumn",
-    ),
-    "plans": (
-        "pyroshock plans",
-        "pyroshock plans show rehearsal",
-    ),
-    "dataset": (
-        "pyroshock dataset build both --from rehearsal,slow-valve",
-        "pyroshock dataset show both --plot both.png",
-    ),
-    "datasets": (
-        "pyroshock datasets",
-        "pyroshock datasets show rehearsal-pulses",
-    ),
-    "diagnoses": (
-        "pyroshock diagnoses",
-        "pyroshock diagnoses show 1",
-    ),
-    "jobs": ("pyroshock jobs --last 50",),
-    "db": ("pyroshock db check --fast",),
+#: Noun -> examples in its help, a line each; its first sentence is that of its section.
+NOUNS = {
+    "campaigns": "pyroshock campaigns --json\n"
+    "pyroshock campaigns show rehearsal\n"
+    'pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn" --dry-run',
+    "runs": "pyroshock runs list rehearsal\n"
+    "pyroshock runs show rehearsal recordings/0001-01.npz\n"
+    'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run',
+    "materials": "pyroshock materials --columns name,density_kg_m3",
+    "plan": "pyroshock plan lhs autumn --runs 12\n"
+    "pyroshock plan sheet autumn --out autumn.html\n"
+    "pyroshock plan status autumn",
+    "plans": "pyroshock plans\npyroshock plans show rehearsal",
+    "dataset": "pyroshock dataset build both --from rehearsal,slow-valve\n"
+    "pyroshock dataset show both --plot both.png",
+    "datasets": "pyroshock datasets\npyroshock datasets show rehearsal-pulses",
+    "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
+    "jobs": "pyroshock jobs --last 50",
+    "db": "pyroshock db check --fast",
 }

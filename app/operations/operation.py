@@ -152,6 +152,27 @@ class Result:
 
 
 @dataclass(frozen=True)
+class Report(Result):
+    """What was done: `lines` for people, `data` for programs, and the `page` that shows it."""
+
+    lines: tuple[str, ...]
+    data: Any
+    page: str = ""
+
+    def notes(self) -> Sequence[str]:
+        """What was done."""
+        return self.lines
+
+    def to_json(self) -> Any:
+        """The same for programs."""
+        return self.data
+
+    def address(self) -> str:
+        """The page that shows it."""
+        return self.page
+
+
+@dataclass(frozen=True)
 class Rows(Result):
     """The answer of a listing. On the command line its rows can be sorted, chosen by column and
     written as CSV."""
@@ -177,6 +198,8 @@ class Batches(Result):
     """Rows in batches of columns, of any number: the command writes them as they come, and every
     other door reads all of them. They can be read once."""
 
+    #: Names of the columns, also of an answer without rows.
+    columns: tuple[str, ...]
     batches: Iterator[dict[str, list[Any]]]
 
     @cached_property
@@ -272,6 +295,8 @@ class Operation(Generic[Asked, Answer]):
     listing: bool = False
     #: Its result is `Batches`.
     streams: bool = False
+    #: The listing that its command gives with `--list`, of the fields that both have.
+    listed_by: str = ""
     #: Takes more than a second: a job at every door that cannot wait.
     long: bool = False
     #: What the steps of its progress are, such as "shots"; empty: it tells itself how far it is.

@@ -25,7 +25,6 @@ OTHERS: dict[str, tuple[str, str]] = {
     "srs": (".app.doors.commands.spectra", "srs"),
     "models": (".app.doors.commands.models", "models"),
     "predict": (".app.doors.commands.predict", "predict"),
-    "diagnose": (".app.doors.commands.diagnose", "diagnose"),
     "report": (".app.doors.commands.report", "report"),
     "export": (".app.doors.commands.impact_records", "export"),
     "serve": (".app.server.command", "serve"),

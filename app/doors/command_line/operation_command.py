@@ -14,6 +14,7 @@ from pydantic_core import PydanticUndefined
 
 from ....parallel.executor import ExecutorConfig
 from ...common.progress import progress_bar
+from ...operations.catalogue import operation as operation_named
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
@@ -71,7 +72,15 @@ def command_of(
         None,
     )
 
-    def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
+    def call(json_to: str | None = None, db: str = "", listed: bool = False, **given: Any) -> None:
+        if listed:
+            listing_of = operation_named(operation.listed_by)
+            names = listing_of.request.model_fields
+            shared = {name: value for name, value in _stated(given).items() if name in names}
+            _perform(
+                listing_of, listing_of.request, [shared], _Work(db), {}, None, Listing(json_to)
+            )
+            return
         files = {}
         for output in operation.outputs:
             paths = [given.pop(_OUTPUT + spelled, None) for spelled in (output.name, output.older)]
@@ -100,6 +109,9 @@ def command_of(
         function = stream_options(function)
     else:
         function = listing_options(function) if operation.listing else json_option(function)
+    if operation.listed_by:
+        text = "List those that the store holds, and do nothing else."
+        function = click.option("--list", "listed", is_flag=True, help=text)(function)
     if operation.deletes is not None:
         function = deletion_options(function)
     if operation.workers:
@@ -291,9 +303,9 @@ class _Work:
     """Where a command works: the store, the processes, and whether a deletion is only tried."""
 
     db: str
-    executor: ExecutorConfig | None
-    processes: int | None
-    dry_run: bool
+    executor: ExecutorConfig | None = None
+    processes: int | None = None
+    dry_run: bool = False
 
     def laboratory(self, store: Store) -> Laboratory:
         """The laboratory of the command."""
@@ -343,9 +355,7 @@ def _perform(
         raise click.exceptions.Exit(code)
 
 
-def _progress(
-    operation: Operation[Any, Any], request: Request
-) -> AbstractContextManager[Progress]:
+def _progress(operation: Operation[Any, Any], request: Request) -> AbstractContextManager[Progress]:
     if operation.steps:
         return progress_bar(operation.title(request), operation.steps)
     return nullcontext(lambda _done, _total, _what: None)

@@ -24,10 +24,10 @@ class OperationGroup(NounGroup):
         if listing is not None and any(isinstance(part, click.Argument) for part in listing.params):
             listing = None  # a word behind the noun would be taken for its argument
         alone = " Without a command, list them." if listing else ""
-        examples = "".join(f"\n    {line}" for line in NOUNS[noun])
+        examples = NOUNS[noun].replace("\n", "\n    ")
         super().__init__(
             noun,
-            help=f"{COMMANDS[noun]}{alone}\n\n\b\nExample:{examples}",
+            help=f"{COMMANDS[noun]}{alone}\n\n\b\nExample:\n    {examples}",
             params=listing.params if listing else [],
             callback=click.pass_context(self._alone) if listing else None,
             invoke_without_command=listing is not None,

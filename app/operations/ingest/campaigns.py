@@ -35,11 +35,7 @@ if TYPE_CHECKING:
 _SHOWN = {"form": "It changes nothing; a page shows it."}
 
 
-class CampaignListing(Request):
-    """Nothing is asked of a list of campaigns."""
-
-
-def _list(_: CampaignListing, laboratory: Laboratory, __: Progress) -> Rows:
+def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
     from ....schema.listings import list_campaigns
 
     with laboratory.store.reading() as session:
@@ -47,9 +43,9 @@ def _list(_: CampaignListing, laboratory: Laboratory, __: Progress) -> Rows:
     return Rows(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
 
 
-CAMPAIGN_LIST: Operation[CampaignListing, Rows] = Operation(
+CAMPAIGN_LIST: Operation[Request, Rows] = Operation(
     name="campaign-list",
-    request=CampaignListing,
+    request=Request,
     run=_list,
     help="List the campaigns with their counts.",
     example="pyroshock campaigns list --sort -shots --columns name,kind,shots",

@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from ..fields import Presentation, quantity, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Request, Result, Rows
+from ..operation import Operation, Progress, Report, Request, Rows
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
 
-class MaterialListing(Request):
-    """Nothing is asked of the list of materials."""
+_CONSTANTS = (
+    "name", "youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa",
+)  # fmt: skip
 
 
-def _list(_: MaterialListing, laboratory: Laboratory, __: Progress) -> Rows:
+def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
     from sqlalchemy import select
 
     from ....schema.benches import Material
 
     with laboratory.store.reading() as session:
         rows = [
-            {
-                "name": material.name,
-                "youngs_modulus_pa": material.youngs_modulus_pa,
-                "poisson_ratio": material.poisson_ratio,
-                "density_kg_m3": material.density_kg_m3,
-                "yield_strength_pa": material.yield_strength_pa,
+            {name: getattr(material, name) for name in _CONSTANTS}
+            | {
                 "aliases": ", ".join(alias.alias for alias in material.aliases),
                 "source": material.source,
             }
@@ -41,9 +36,9 @@ def _list(_: MaterialListing, laboratory: Laboratory, __: Progress) -> Rows:
     return Rows(rows, "no materials")
 
 
-MATERIAL_LIST: Operation[MaterialListing, Rows] = Operation(
+MATERIAL_LIST: Operation[Request, Rows] = Operation(
     name="material-list",
-    request=MaterialListing,
+    request=Request,
     run=_list,
     help="List the known materials with their sources.",
     example="pyroshock materials list --columns name,density_kg_m3",
@@ -90,26 +85,7 @@ class NewMaterial(Request):
     )
 
 
-@dataclass(frozen=True)
-class AddedMaterial(Result):
-    """The name of a material that is known from now on."""
-
-    name: str
-
-    def notes(self) -> Sequence[str]:
-        """Its name."""
-        return (f"material {self.name} added",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Its name."""
-        return {"name": self.name}
-
-    def address(self) -> str:
-        """The list of materials."""
-        return "/ask/material-list"
-
-
-def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> AddedMaterial:
+def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> Report:
     from ....schema.benches import Material, material_names
 
     def add_row(session: Session) -> None:
@@ -129,10 +105,11 @@ def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> AddedMate
         )
 
     laboratory.store.write(add_row)
-    return AddedMaterial(request.name)
+    line = f"material {request.name} added"
+    return Report((line,), {"name": request.name}, "/ask/material-list")
 
 
-MATERIAL_ADD: Operation[NewMaterial, AddedMaterial] = Operation(
+MATERIAL_ADD: Operation[NewMaterial, Report] = Operation(
     name="material-add",
     request=NewMaterial,
     run=_add,

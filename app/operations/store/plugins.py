@@ -12,11 +12,7 @@ if TYPE_CHECKING:
     from ....plugins import Loaded
 
 
-class PluginListing(Request):
-    """Nothing is asked of the list of what other packages add."""
-
-
-def _list(_: PluginListing, __: Laboratory, ___: Progress) -> Rows:
+def _list(_: Request, __: Laboratory, ___: Progress) -> Rows:
     from ....ingest.readers import added_readers
     from ....plugins import EFFECTS, MODELS, READERS, PluginError, installed
     from ....training.models.catalogue import model_specs
@@ -52,9 +48,9 @@ def _list(_: PluginListing, __: Laboratory, ___: Progress) -> Rows:
     return Rows(rows, "no installed package adds anything")
 
 
-PLUGINS: Operation[PluginListing, Rows] = Operation(
+PLUGINS: Operation[Request, Rows] = Operation(
     name="plugins",
-    request=PluginListing,
+    request=Request,
     run=_list,
     help="""List the readers, effects and models that other installed packages add.
 

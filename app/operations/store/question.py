@@ -94,11 +94,12 @@ def _ask(request: StoreQuestion, laboratory: Laboratory, _: Progress) -> Batches
     limit = request.most_rows(laboratory)
     if request.statement is None:
         rows = list_tables() if request.tables else list_columns(str(request.columns_of))
-        return Batches(iter([{name: [row[name] for row in rows] for name in rows[0]}]))
+        columns = {name: [row[name] for row in rows] for name in rows[0]}
+        return Batches(tuple(columns), iter([columns]))
     batches = _answered(request, request.statement, laboratory)
     first = next(batches)  # a statement that cannot be run is refused here
     whole = chain([first], batches)
-    return Batches(whole if limit is None else _first_rows(whole, limit))
+    return Batches(tuple(first), whole if limit is None else _first_rows(whole, limit))
 
 
 def _answered(

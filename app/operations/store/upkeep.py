@@ -3,8 +3,8 @@ campaigns that go from one laboratory to another in a file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Request, Result, Rows
+from ..operation import Operation, Progress, Report, Request, Rows
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -35,26 +35,6 @@ def _existing(path: Path, info: ValidationInfo) -> Path:
 _Existing = Annotated[Path, AfterValidator(_existing)]
 
 
-@dataclass(frozen=True)
-class StoreReport(Result):
-    """What was done to a store: `lines` for people, `data` for programs."""
-
-    lines: tuple[str, ...]
-    data: Any
-
-    def notes(self) -> Sequence[str]:
-        """What was done."""
-        return self.lines
-
-    def to_json(self) -> Any:
-        """The same for programs."""
-        return self.data
-
-
-class StoreItself(Request):
-    """Nothing is asked beside the address of the store."""
-
-
 def _missing_roles(engine: Engine) -> tuple[str, ...]:
     """That a store has no roles yet, and what makes them."""
     from ....schema.access.roles import without_roles
@@ -63,17 +43,17 @@ def _missing_roles(engine: Engine) -> tuple[str, ...]:
     return () if missing is None else (missing,)
 
 
-def _init(_: StoreItself, laboratory: Laboratory, __: Progress) -> StoreReport:
+def _init(_: Request, laboratory: Laboratory, __: Progress) -> Report:
     from ....schema.engine import describe
 
     engine = laboratory.store.engine
     lines = (f"store ready: {describe(engine)}", *_missing_roles(engine))
-    return StoreReport(lines, {"store": describe(engine)})
+    return Report(lines, {"store": describe(engine)})
 
 
-INIT: Operation[StoreItself, StoreReport] = Operation(
+INIT: Operation[Request, Report] = Operation(
     name="init",
-    request=StoreItself,
+    request=Request,
     run=_init,
     help="Make an empty store that holds the known materials. A store that exists stays as it is.",
     example="pyroshock init --db sqlite:///lab.db",
@@ -82,7 +62,7 @@ INIT: Operation[StoreItself, StoreReport] = Operation(
 )
 
 
-def _upgrade(_: StoreItself, laboratory: Laboratory, __: Progress) -> StoreReport:
+def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Report:
     from sqlalchemy.exc import DBAPIError
 
     from ....schema import migrate
@@ -105,14 +85,14 @@ def _upgrade(_: StoreItself, laboratory: Laboratory, __: Progress) -> StoreRepor
             raise refusal(engine, error) from error
         after = migrate.current_revision(engine)
         lines = (f"{describe(engine)}: revision {before} -> {after}", *_missing_roles(engine))
-        return StoreReport(lines, {"before": before, "after": after})
+        return Report(lines, {"before": before, "after": after})
     finally:
         engine.dispose()
 
 
-UPGRADE: Operation[StoreItself, StoreReport] = Operation(
+UPGRADE: Operation[Request, Report] = Operation(
     name="db-upgrade",
-    request=StoreItself,
+    request=Request,
     run=_upgrade,
     help="Bring a store that an older version made up to this version.",
     example="pyroshock db upgrade",
@@ -130,15 +110,15 @@ class RoleRows(Rows):
         return {**row, "members": ", ".join(row["members"]) or "-"}
 
 
-def _roles(_: StoreItself, laboratory: Laboratory, __: Progress) -> RoleRows:
+def _roles(_: Request, laboratory: Laboratory, __: Progress) -> RoleRows:
     from ....schema.access.roles import ensure_roles
 
     return RoleRows([asdict(role) for role in ensure_roles(laboratory.store.engine)], "none")
 
 
-ROLES: Operation[StoreItself, RoleRows] = Operation(
+ROLES: Operation[Request, RoleRows] = Operation(
     name="db-roles",
-    request=StoreItself,
+    request=Request,
     run=_roles,
     help="""Make the roles reader, operator and admin of a store on PostgreSQL, grant what they
 lack, and list who has them.
@@ -165,7 +145,7 @@ class StoreCopy(Request):
     )
 
 
-def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> StoreReport:
+def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> Report:
     from ....schema.engine import describe, make_engine
     from ....schema.session import Writer, open_store
     from ....schema.transfer.copying import copy_store
@@ -182,7 +162,7 @@ def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> StoreReport:
             f"{describe(store.engine)}"
         )
     lines = (*lines, counted, *_place_of_models(request.source))
-    return StoreReport(lines, [vars(table) for table in tables])
+    return Report(lines, [vars(table) for table in tables])
 
 
 def _place_of_models(source: str) -> tuple[str, ...]:
@@ -201,7 +181,7 @@ def _place_of_models(source: str) -> tuple[str, ...]:
     )
 
 
-COPY: Operation[StoreCopy, StoreReport] = Operation(
+COPY: Operation[StoreCopy, Report] = Operation(
     name="db-copy",
     request=StoreCopy,
     run=_copy,
@@ -231,16 +211,16 @@ class CampaignExport(Request):
     )
 
 
-def _export(request: CampaignExport, laboratory: Laboratory, progress: Progress) -> StoreReport:
+def _export(request: CampaignExport, laboratory: Laboratory, progress: Progress) -> Report:
     from ....schema.transfer.export import export_campaign
 
     tables = export_campaign(laboratory.store, request.campaign, request.out, progress)
     rows, size_bytes = sum(tables.values()), request.out.stat().st_size
     line = f"campaign {request.campaign}: {rows} rows, {size_bytes / 1e6:.1f} MB: {request.out}"
-    return StoreReport((line,), {"file": str(request.out), "rows": dict(tables)})
+    return Report((line,), {"file": str(request.out), "rows": dict(tables)})
 
 
-EXPORT: Operation[CampaignExport, StoreReport] = Operation(
+EXPORT: Operation[CampaignExport, Report] = Operation(
     name="db-export",
     request=CampaignExport,
     run=_export,
@@ -267,7 +247,7 @@ class CampaignImport(Request):
     )
 
 
-def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress) -> StoreReport:
+def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress) -> Report:
     from ....schema.transfer.merging import import_file
 
     report = import_file(laboratory.store, request.file, progress)
@@ -278,10 +258,10 @@ def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress)
         *(f"was discarded here, and is back with the file: {line}" for line in report.discarded),
         *(f"left behind: {line}" for line in report.left_behind),
     )
-    return StoreReport(lines, vars(report))
+    return Report(lines, vars(report))
 
 
-IMPORT: Operation[CampaignImport, StoreReport] = Operation(
+IMPORT: Operation[CampaignImport, Report] = Operation(
     name="db-import",
     request=CampaignImport,
     run=_import,
@@ -310,17 +290,17 @@ class StoreBackup(Request):
     )
 
 
-def _backup(request: StoreBackup, laboratory: Laboratory, progress: Progress) -> StoreReport:
+def _backup(request: StoreBackup, laboratory: Laboratory, progress: Progress) -> Report:
     from .backup import back_up
 
     report = back_up(laboratory.store, laboratory.db, request.folder, progress)
     files = f"{report.model_files} files of models"
     models = files if report.has_registry else "no model registry yet"
     line = f"{report.rows} rows, {models}, {report.size_bytes / 1e6:.1f} MB: {request.folder}"
-    return StoreReport((line,), {**vars(report), "folder": str(report.folder)})
+    return Report((line,), {**vars(report), "folder": str(report.folder)})
 
 
-BACKUP: Operation[StoreBackup, StoreReport] = Operation(
+BACKUP: Operation[StoreBackup, Report] = Operation(
     name="db-backup",
     request=StoreBackup,
     run=_backup,
@@ -345,7 +325,7 @@ class StoreReturn(Request):
     )
 
 
-def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -> StoreReport:
+def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -> Report:
     from .backup import restore
 
     report = restore(request.folder, laboratory.db, progress)
@@ -353,10 +333,10 @@ def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -
         f"{report.rows} rows and {report.model_files} files of models are back; check them: "
         "pyroshock db check"
     )
-    return StoreReport((line,), {**vars(report), "folder": str(report.folder)})
+    return Report((line,), {**vars(report), "folder": str(report.folder)})
 
 
-RESTORE: Operation[StoreReturn, StoreReport] = Operation(
+RESTORE: Operation[StoreReturn, Report] = Operation(
     name="db-restore",
     request=StoreReturn,
     run=_restore,
