@@ -126,10 +126,10 @@ def command_of(
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
     word = name or _words(operation, typed_request)[-1]
-    return click.command(word, cls=_WordsCommand, help=_help(operation, typed_request))(function)
+    return click.command(word, cls=OperationCommand, help=_help(operation, typed_request))(function)
 
 
-class _WordsCommand(click.Command):
+class OperationCommand(click.Command):
     """Options whose field says `words` take all words behind them: `--from A B C` is
     `--from A --from B --from C`."""
 

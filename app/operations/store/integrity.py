@@ -110,7 +110,7 @@ Every series is decoded and compared with the SHA-256 of what was recorded. Ever
 lead to a row, every dataset must give its hash, and every registered model must load.""",
     example="pyroshock db check --fast\npyroshock db check --campaign rehearsal",
     command=("db", "check"),
-    route=("POST", "/check"),
+    route=("POST", "/store/check"),
     long=True,
     steps="samples",
     on_this_machine=True,
