@@ -15,7 +15,7 @@ from ..operations.faults import Fault, RequestError, read
 from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
-from ..web.dependencies import Configured, OpenStore, Running
+from ..web.dependencies import InLaboratory, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
 from .json_route import in_address
@@ -50,12 +50,10 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
     def send(
         http: HttpRequest,
         texts: SentTexts,
-        store: OpenStore,
+        laboratory: InLaboratory,
         running: Running,
-        settings: Configured,
     ) -> Response:
-        request = read_form(operation, texts, settings.folders)
-        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        request = read_form(operation, texts, laboratory.folders or ())
         if operation.long:
             return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
@@ -68,10 +66,9 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
             return page(http, "answer.html", operation=operation, answer=answer)
         return RedirectResponse(answer.address(), 303)
 
-    def show(http: HttpRequest, store: OpenStore, settings: Configured) -> Response:
+    def show(http: HttpRequest, laboratory: InLaboratory) -> Response:
         if operation.listing:
-            laboratory = Laboratory(store, settings.db, folders=settings.folders)
-            request = read(operation.request, dict(http.query_params), "network", settings.folders)
+            request = read(operation.request, dict(http.query_params), "network")
             return tell(http, request, laboratory)
         return page(
             http,

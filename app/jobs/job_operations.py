@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -108,12 +108,6 @@ class StoredJob(Result):
         done."""
         return self.job.as_json()
 
-    def address(self) -> str:
-        """The page that follows the job."""
-        from .known_kinds import job_page
-
-        return (job_page(self.job.kind) or "/jobs/{job}").format(job=self.job.key)
-
 
 def _show(request: NamedJob, laboratory: Laboratory, _: Progress) -> StoredJob:
     from .queue import get_job
@@ -134,27 +128,17 @@ JOB_SHOW: Operation[NamedJob, StoredJob] = Operation(
 )
 
 
-@dataclass(frozen=True)
-class StoppedJob(StoredJob):
-    """A job that was asked to end."""
-
-    def notes(self) -> Sequence[str]:
-        """Whether it has ended."""
-        state = self.job.state if self.job.ended else "asked to stop"
-        return (f"job {self.job.key}, {self.job.label}: {state}",)
-
-    def text(self) -> str:
-        """Nothing beside the note."""
-        return ""
-
-
-def _stop(request: NamedJob, laboratory: Laboratory, _: Progress) -> StoppedJob:
+def _stop(request: NamedJob, laboratory: Laboratory, _: Progress) -> Report:
     from .claims import stop
+    from .known_kinds import job_page
 
-    return StoppedJob(stop(laboratory.store, request.job))
+    job = stop(laboratory.store, request.job)
+    line = f"job {job.key}, {job.label}: {job.state if job.ended else 'asked to stop'}"
+    page = (job_page(job.kind) or "/jobs/{job}").format(job=job.key)
+    return Report((line,), job.as_json(), page)
 
 
-JOB_STOP: Operation[NamedJob, StoppedJob] = Operation(
+JOB_STOP: Operation[NamedJob, Report] = Operation(
     name="job-stop",
     request=NamedJob,
     run=_stop,

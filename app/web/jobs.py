@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Sequence
 from typing import Any
 
 from starlette.responses import RedirectResponse, Response
@@ -23,9 +22,7 @@ from ..jobs.queue import (
     get_job,
     is_repeatable,
     job_form,
-    list_jobs,
     this_host,
-    users_of,
 )
 from ..jobs.worker import Worker
 from ..operations.faults import read
@@ -68,17 +65,6 @@ class Jobs:
     def get(self, key: int) -> JobView:
         """Raises `LookupError` for a number that no job has."""
         return get_job(self._store, key)
-
-    def listed(
-        self, limit: int = 200, before: int | None = None, state: str | None = None
-    ) -> list[JobView]:
-        """The newest first, without results: at most `limit`, of those older than `before`, in one
-        `state`."""
-        return list_jobs(self._store, limit, before, state)
-
-    def users_of(self, keys: Sequence[int]) -> dict[int, str]:
-        """Who asked for jobs."""
-        return users_of(self._store, keys)
 
     def form_of(self, key: int) -> tuple[JobForm | None, bool]:
         """The form that asks for a job again, and whether it can be repeated as it was.

@@ -4,7 +4,6 @@ registered models can be loaded from the files that were registered."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
@@ -20,6 +19,7 @@ from ...common.model_registry import models_extra, registry_of
 
 if TYPE_CHECKING:
     from ....training.registry.registry import Registry
+    from .integrity import StoreCheck
 
 
 ADVICE = (
@@ -78,25 +78,16 @@ def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFindi
         yield IntegrityFinding("models", what, CURE, {"model": row.label})
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What to look at: `fast` leaves out what every byte must be read for, `campaign` all that is
-    not its own."""
-
-    campaign: str | None = None
-    fast: bool = False
-
-
 def findings_of(
-    store: Store, url: str, wanted: Wanted, progress: Progress | None = None
+    store: Store, url: str, request: StoreCheck, progress: Progress | None = None
 ) -> Iterator[IntegrityFinding]:
     """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an
     unknown campaign."""
     with store.reading() as session:
-        key = None if wanted.campaign is None else get_campaign_id(session, wanted.campaign)
-        chosen = checks(fast=wanted.fast, of_a_campaign=key is not None)
+        key = None if request.campaign is None else get_campaign_id(session, request.campaign)
+        chosen = checks(fast=request.fast, of_a_campaign=key is not None)
         yield from iter_findings(session.connection(), chosen, key, progress)
-        if wanted.fast or key is not None:
+        if request.fast or key is not None:
             return
         yield from damaged_datasets(session)
         registry = registry_of(url)

@@ -80,7 +80,7 @@ class CheckedStore(Result):
 def _check(request: StoreCheck, laboratory: Laboratory, progress: Progress) -> CheckedStore:
     from ....ingest.storing.series_repair import repair_series
     from ....schema.engine import describe
-    from .check import Wanted, datasets_without_source, findings_of
+    from .check import datasets_without_source, findings_of
 
     store = laboratory.store
     remarks: list[str] = []
@@ -91,8 +91,7 @@ def _check(request: StoreCheck, laboratory: Laboratory, progress: Progress) -> C
         remarks += [
             f"left as it is: {name}, {series}: {why}" for series, why in report.left.items()
         ]
-    wanted = Wanted(request.campaign, request.fast)
-    findings = tuple(findings_of(store, laboratory.db, wanted, progress))
+    findings = tuple(findings_of(store, laboratory.db, request, progress))
     if not request.fast and request.campaign is None:
         with store.reading() as session:
             remarks += datasets_without_source(session)

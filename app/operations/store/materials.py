@@ -63,8 +63,8 @@ def _property(words: str, example: str) -> Any:
     )
 
 
-_Pressure = Annotated[quantity("Pa"), AfterValidator(_positive)]  # type: ignore[valid-type]
-_Density = Annotated[quantity("kg/m^3"), AfterValidator(_positive)]  # type: ignore[valid-type]
+_Pressure: Any = Annotated[quantity("Pa"), AfterValidator(_positive)]
+_Density: Any = Annotated[quantity("kg/m^3"), AfterValidator(_positive)]
 
 
 class NewMaterial(Request):
