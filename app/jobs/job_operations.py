@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ..operations.fields import Presentation, request_field
 from ..operations.laboratory import Laboratory
-from ..operations.operation import FormPage, Operation, Progress, Report, Request, Result, Rows
+from ..operations.operation import FormPage, Operation, Outcome, Progress, Request, Result, Rows
 
 if TYPE_CHECKING:
     from .queue import JobView
@@ -128,17 +128,17 @@ JOB_SHOW: Operation[NamedJob, StoredJob] = Operation(
 )
 
 
-def _stop(request: NamedJob, laboratory: Laboratory, _: Progress) -> Report:
+def _stop(request: NamedJob, laboratory: Laboratory, _: Progress) -> Outcome:
     from .claims import stop
     from .known_kinds import job_page
 
     job = stop(laboratory.store, request.job)
     line = f"job {job.key}, {job.label}: {job.state if job.ended else 'asked to stop'}"
     page = (job_page(job.kind) or "/jobs/{job}").format(job=job.key)
-    return Report((line,), job.as_json(), page)
+    return Outcome((line,), job.as_json(), page)
 
 
-JOB_STOP: Operation[NamedJob, Report] = Operation(
+JOB_STOP: Operation[NamedJob, Outcome] = Operation(
     name="job-stop",
     request=NamedJob,
     run=_stop,
@@ -157,16 +157,16 @@ def _ended(request: NamedJob, laboratory: Laboratory) -> str:
     return f"job {request.job}, {ended_job(laboratory.store, request.job).label}"
 
 
-def _delete(request: NamedJob, laboratory: Laboratory, _: Progress) -> Report:
+def _delete(request: NamedJob, laboratory: Laboratory, _: Progress) -> Outcome:
     from .queue import delete_job, ended_job
 
     label = ended_job(laboratory.store, request.job).label
     delete_job(laboratory.store, request.job)
     line = f"job {request.job}, {label}: deleted"
-    return Report((line,), {"job": request.job, "label": label}, "/jobs")
+    return Outcome((line,), {"job": request.job, "label": label}, "/jobs")
 
 
-JOB_DELETE: Operation[NamedJob, Report] = Operation(
+JOB_DELETE: Operation[NamedJob, Outcome] = Operation(
     name="job-delete",
     request=NamedJob,
     run=_delete,

@@ -12,7 +12,7 @@ from pydantic import AfterValidator
 
 from ..operations.fields import Presentation, Texts, quantity, request_field
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation, Progress, Report, Request
+from ..operations.operation import Operation, Outcome, Progress, Request
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
 _SHORTEST_LEASE_S = 1.0
@@ -53,7 +53,7 @@ class WorkerStart(Request):
     )
 
 
-def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> Report:
+def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> Outcome:
     from .worker import Worker
 
     worker = Worker(
@@ -66,7 +66,7 @@ def _work(request: WorkerStart, laboratory: Laboratory, _: Progress) -> Report:
     laboratory.tell(f"pyroshock: {worker.hand.name} works")
     with _ended_as_by_hand():
         count = worker.run(once=request.once)
-    return Report((f"{count} job{'' if count == 1 else 's'}",), {"jobs": count})
+    return Outcome((f"{count} job{'' if count == 1 else 's'}",), {"jobs": count})
 
 
 @contextmanager
@@ -79,7 +79,7 @@ def _ended_as_by_hand() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-WORK: Operation[WorkerStart, Report] = Operation(
+WORK: Operation[WorkerStart, Outcome] = Operation(
     name="work",
     request=WorkerStart,
     run=_work,

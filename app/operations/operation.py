@@ -152,7 +152,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Report(Result):
+class Outcome(Result):
     """What was done: `lines` for people, `data` for programs, and the `page` that shows it."""
 
     lines: tuple[str, ...]

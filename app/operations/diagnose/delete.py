@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from ....schema.diagnoses import Diagnosis, TwinVersion
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Progress, Report, Request
+from ..operation import FormPage, Operation, Outcome, Progress, Request
 from .adopt import DiagnosisNumber, diagnosis_field
 from .stored import get_diagnosis_row
 
@@ -44,7 +44,7 @@ def _lost(request: DeletionRequest, laboratory: Laboratory) -> str:
     return f"diagnosis {request.diagnosis} of {campaign}"
 
 
-def _run(request: DeletionRequest, laboratory: Laboratory, _: Progress) -> Report:
+def _run(request: DeletionRequest, laboratory: Laboratory, _: Progress) -> Outcome:
     def delete_row(session: Session) -> str:
         campaign = check_diagnosis_unused(session, request.diagnosis)
         session.execute(delete(Diagnosis).where(Diagnosis.id == request.diagnosis))
@@ -52,10 +52,10 @@ def _run(request: DeletionRequest, laboratory: Laboratory, _: Progress) -> Repor
 
     number, campaign = request.diagnosis, laboratory.store.write(delete_row)
     line = f"diagnosis {number} of {campaign} is deleted"
-    return Report((line,), {"diagnosis": number, "campaign": campaign}, "/diagnoses")
+    return Outcome((line,), {"diagnosis": number, "campaign": campaign}, "/diagnoses")
 
 
-DELETE_DIAGNOSIS: Operation[DeletionRequest, Report] = Operation(
+DELETE_DIAGNOSIS: Operation[DeletionRequest, Outcome] = Operation(
     name="delete-diagnosis",
     request=DeletionRequest,
     run=_run,

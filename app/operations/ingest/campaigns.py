@@ -19,8 +19,8 @@ from ..operation import (
     Lines,
     NotHereError,
     Operation,
+    Outcome,
     Progress,
-    Report,
     Request,
     Result,
     ResultTable,
@@ -175,7 +175,7 @@ class CampaignStart(Request):
     )
 
 
-def _start(request: CampaignStart, laboratory: Laboratory, _: Progress) -> Report:
+def _start(request: CampaignStart, laboratory: Laboratory, _: Progress) -> Outcome:
     from .service import start_campaign
 
     new = start_campaign(
@@ -187,12 +187,12 @@ def _start(request: CampaignStart, laboratory: Laboratory, _: Progress) -> Repor
         f"written: {folder / 'campaign.toml'} and {folder / 'runs.csv'}",
         f"fill in what says FILL IN, then: pyroshock ingest {folder} --dry-run",
     )
-    return Report(lines, {"folder": str(folder), "notes": list(new.notes)})
+    return Outcome(lines, {"folder": str(folder), "notes": list(new.notes)})
 
 
 _WRITES_HERE = "It writes into a folder of the machine that it runs on."
 
-CAMPAIGN_INIT: Operation[CampaignStart, Report] = Operation(
+CAMPAIGN_INIT: Operation[CampaignStart, Outcome] = Operation(
     name="campaign-init",
     request=CampaignStart,
     run=_start,

@@ -13,7 +13,7 @@ from ....doe.plans import StoredPlan, list_plans, read_plan
 from ...common.plan_tables import plan_as_json, run_counts, settings_in_si
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Report, Request, Result, ResultTable, Rows
+from ..operation import Operation, Outcome, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
 
 #: The name of a stored plan, as the first word behind the command.
@@ -108,13 +108,13 @@ def _unused(request: NamedPlan, laboratory: Laboratory) -> str:
     return f"plan {request.name}"
 
 
-def _delete(request: NamedPlan, laboratory: Laboratory, _: Progress) -> Report:
+def _delete(request: NamedPlan, laboratory: Laboratory, _: Progress) -> Outcome:
     runs = delete_plan(laboratory.store, request.name)
     line = f"plan {request.name} is deleted with its {runs} runs"
-    return Report((line,), {"name": request.name, "runs": runs}, "/plans")
+    return Outcome((line,), {"name": request.name, "runs": runs}, "/plans")
 
 
-PLAN_DELETE: Operation[NamedPlan, Report] = Operation(
+PLAN_DELETE: Operation[NamedPlan, Outcome] = Operation(
     name="plan-delete",
     request=NamedPlan,
     run=_delete,

@@ -19,7 +19,6 @@ from ...common.model_registry import models_extra, registry_of
 
 if TYPE_CHECKING:
     from ....training.registry.registry import Registry
-    from .integrity import StoreCheck
 
 
 ADVICE = (
@@ -79,15 +78,23 @@ def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFindi
 
 
 def findings_of(
-    store: Store, url: str, request: StoreCheck, progress: Progress | None = None
+    store: Store,
+    url: str,
+    campaign: str | None = None,
+    *,
+    fast: bool = False,
+    progress: Progress | None = None,
 ) -> Iterator[IntegrityFinding]:
-    """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an
-    unknown campaign."""
+    """What is wrong with the store at `url`; nothing for a sound one.
+
+    `fast` leaves out what every byte must be read for, `campaign` all that is not its own. Raises
+    `LookupError` for an unknown campaign.
+    """
     with store.reading() as session:
-        key = None if request.campaign is None else get_campaign_id(session, request.campaign)
-        chosen = checks(fast=request.fast, of_a_campaign=key is not None)
+        key = None if campaign is None else get_campaign_id(session, campaign)
+        chosen = checks(fast=fast, of_a_campaign=key is not None)
         yield from iter_findings(session.connection(), chosen, key, progress)
-        if request.fast or key is not None:
+        if fast or key is not None:
             return
         yield from damaged_datasets(session)
         registry = registry_of(url)

@@ -91,7 +91,9 @@ def _check(request: StoreCheck, laboratory: Laboratory, progress: Progress) -> C
         remarks += [
             f"left as it is: {name}, {series}: {why}" for series, why in report.left.items()
         ]
-    findings = tuple(findings_of(store, laboratory.db, request, progress))
+    findings = tuple(
+        findings_of(store, laboratory.db, request.campaign, fast=request.fast, progress=progress)
+    )
     if not request.fast and request.campaign is None:
         with store.reading() as session:
             remarks += datasets_without_source(session)

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 
 from ..fields import Presentation, quantity, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Report, Request, Rows
+from ..operation import Operation, Outcome, Progress, Request, Rows
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -85,7 +85,7 @@ class NewMaterial(Request):
     )
 
 
-def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> Report:
+def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> Outcome:
     from ....schema.benches import Material, material_names
 
     def add_row(session: Session) -> None:
@@ -106,10 +106,10 @@ def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> Report:
 
     laboratory.store.write(add_row)
     line = f"material {request.name} added"
-    return Report((line,), {"name": request.name}, "/ask/material-list")
+    return Outcome((line,), {"name": request.name}, "/ask/material-list")
 
 
-MATERIAL_ADD: Operation[NewMaterial, Report] = Operation(
+MATERIAL_ADD: Operation[NewMaterial, Outcome] = Operation(
     name="material-add",
     request=NewMaterial,
     run=_add,

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Report, Request, Rows
+from ..operation import Operation, Outcome, Progress, Request, Rows
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -43,15 +43,15 @@ def _missing_roles(engine: Engine) -> tuple[str, ...]:
     return () if missing is None else (missing,)
 
 
-def _init(_: Request, laboratory: Laboratory, __: Progress) -> Report:
+def _init(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from ....schema.engine import describe
 
     engine = laboratory.store.engine
     lines = (f"store ready: {describe(engine)}", *_missing_roles(engine))
-    return Report(lines, {"store": describe(engine)})
+    return Outcome(lines, {"store": describe(engine)})
 
 
-INIT: Operation[Request, Report] = Operation(
+INIT: Operation[Request, Outcome] = Operation(
     name="init",
     request=Request,
     run=_init,
@@ -62,7 +62,7 @@ INIT: Operation[Request, Report] = Operation(
 )
 
 
-def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Report:
+def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from sqlalchemy.exc import DBAPIError
 
     from ....schema import migrate
@@ -85,12 +85,12 @@ def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Report:
             raise refusal(engine, error) from error
         after = migrate.current_revision(engine)
         lines = (f"{describe(engine)}: revision {before} -> {after}", *_missing_roles(engine))
-        return Report(lines, {"before": before, "after": after})
+        return Outcome(lines, {"before": before, "after": after})
     finally:
         engine.dispose()
 
 
-UPGRADE: Operation[Request, Report] = Operation(
+UPGRADE: Operation[Request, Outcome] = Operation(
     name="db-upgrade",
     request=Request,
     run=_upgrade,
@@ -145,7 +145,7 @@ class StoreCopy(Request):
     )
 
 
-def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> Report:
+def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> Outcome:
     from ....schema.engine import describe, make_engine
     from ....schema.session import Writer, open_store
     from ....schema.transfer.copying import copy_store
@@ -162,7 +162,7 @@ def _copy(request: StoreCopy, _: Laboratory, progress: Progress) -> Report:
             f"{describe(store.engine)}"
         )
     lines = (*lines, counted, *_place_of_models(request.source))
-    return Report(lines, [vars(table) for table in tables])
+    return Outcome(lines, [vars(table) for table in tables])
 
 
 def _place_of_models(source: str) -> tuple[str, ...]:
@@ -181,7 +181,7 @@ def _place_of_models(source: str) -> tuple[str, ...]:
     )
 
 
-COPY: Operation[StoreCopy, Report] = Operation(
+COPY: Operation[StoreCopy, Outcome] = Operation(
     name="db-copy",
     request=StoreCopy,
     run=_copy,
@@ -211,16 +211,16 @@ class CampaignExport(Request):
     )
 
 
-def _export(request: CampaignExport, laboratory: Laboratory, progress: Progress) -> Report:
+def _export(request: CampaignExport, laboratory: Laboratory, progress: Progress) -> Outcome:
     from ....schema.transfer.export import export_campaign
 
     tables = export_campaign(laboratory.store, request.campaign, request.out, progress)
     rows, size_bytes = sum(tables.values()), request.out.stat().st_size
     line = f"campaign {request.campaign}: {rows} rows, {size_bytes / 1e6:.1f} MB: {request.out}"
-    return Report((line,), {"file": str(request.out), "rows": dict(tables)})
+    return Outcome((line,), {"file": str(request.out), "rows": dict(tables)})
 
 
-EXPORT: Operation[CampaignExport, Report] = Operation(
+EXPORT: Operation[CampaignExport, Outcome] = Operation(
     name="db-export",
     request=CampaignExport,
     run=_export,
@@ -247,7 +247,7 @@ class CampaignImport(Request):
     )
 
 
-def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress) -> Report:
+def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress) -> Outcome:
     from ....schema.transfer.merging import import_file
 
     report = import_file(laboratory.store, request.file, progress)
@@ -258,10 +258,10 @@ def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress)
         *(f"was discarded here, and is back with the file: {line}" for line in report.discarded),
         *(f"left behind: {line}" for line in report.left_behind),
     )
-    return Report(lines, vars(report))
+    return Outcome(lines, vars(report))
 
 
-IMPORT: Operation[CampaignImport, Report] = Operation(
+IMPORT: Operation[CampaignImport, Outcome] = Operation(
     name="db-import",
     request=CampaignImport,
     run=_import,
@@ -290,17 +290,17 @@ class StoreBackup(Request):
     )
 
 
-def _backup(request: StoreBackup, laboratory: Laboratory, progress: Progress) -> Report:
+def _backup(request: StoreBackup, laboratory: Laboratory, progress: Progress) -> Outcome:
     from .backup import back_up
 
     report = back_up(laboratory.store, laboratory.db, request.folder, progress)
     files = f"{report.model_files} files of models"
     models = files if report.has_registry else "no model registry yet"
     line = f"{report.rows} rows, {models}, {report.size_bytes / 1e6:.1f} MB: {request.folder}"
-    return Report((line,), {**vars(report), "folder": str(report.folder)})
+    return Outcome((line,), {**vars(report), "folder": str(report.folder)})
 
 
-BACKUP: Operation[StoreBackup, Report] = Operation(
+BACKUP: Operation[StoreBackup, Outcome] = Operation(
     name="db-backup",
     request=StoreBackup,
     run=_backup,
@@ -325,7 +325,7 @@ class StoreReturn(Request):
     )
 
 
-def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -> Report:
+def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -> Outcome:
     from .backup import restore
 
     report = restore(request.folder, laboratory.db, progress)
@@ -333,10 +333,10 @@ def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -
         f"{report.rows} rows and {report.model_files} files of models are back; check them: "
         "pyroshock db check"
     )
-    return Report((line,), {**vars(report), "folder": str(report.folder)})
+    return Outcome((line,), {**vars(report), "folder": str(report.folder)})
 
 
-RESTORE: Operation[StoreReturn, Report] = Operation(
+RESTORE: Operation[StoreReturn, Outcome] = Operation(
     name="db-restore",
     request=StoreReturn,
     run=_restore,

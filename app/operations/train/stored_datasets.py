@@ -13,9 +13,9 @@ from ..laboratory import Laboratory
 from ..operation import (
     FormPage,
     Operation,
+    Outcome,
     Output,
     Progress,
-    Report,
     Request,
     Result,
     ResultTable,
@@ -187,12 +187,12 @@ def _unused(request: NamedDataset, laboratory: Laboratory) -> str:
     return f"dataset {request.name}"
 
 
-def _delete(request: NamedDataset, laboratory: Laboratory, _: Progress) -> Report:
+def _delete(request: NamedDataset, laboratory: Laboratory, _: Progress) -> Outcome:
     from .deletion import delete_dataset
 
     delete_dataset(laboratory.store, laboratory.db, request.name)
     data = {"name": request.name}
-    return Report((f"dataset {request.name} is deleted",), data, "/datasets")
+    return Outcome((f"dataset {request.name} is deleted",), data, "/datasets")
 
 
 def _export(request: NamedDataset, laboratory: Laboratory, _: Progress) -> FrozenDataset:

@@ -15,9 +15,9 @@ from ..operation import (
     FormPage,
     Lines,
     Operation,
+    Outcome,
     Output,
     Progress,
-    Report,
     Request,
     Result,
     ResultTable,
@@ -156,14 +156,14 @@ def _unused(request: DeletedVersion, laboratory: Laboratory) -> str:
     return f"model {unused_version(laboratory.db, request.label).label}"
 
 
-def _delete(request: DeletedVersion, laboratory: Laboratory, _: Progress) -> Report:
+def _delete(request: DeletedVersion, laboratory: Laboratory, _: Progress) -> Outcome:
     from .deletion import delete_version
 
     label = delete_version(laboratory.db, request.label).label
-    return Report((f"model {label} is deleted",), {"model": label}, "/models")
+    return Outcome((f"model {label} is deleted",), {"model": label}, "/models")
 
 
-def _recover(_: Request, laboratory: Laboratory, __: Progress) -> Report:
+def _recover(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from ...common.model_registry import models_extra, registry_of
     from ...common.registered_models import recover_lost
 
@@ -173,7 +173,7 @@ def _recover(_: Request, laboratory: Laboratory, __: Progress) -> Report:
     lines = tuple(f"{label} {outcome}" for label, outcome in outcomes)
     nothing = "nothing is lost: the registry has every version that the store lists"
     data = [{"model": label, "outcome": outcome} for label, outcome in outcomes]
-    return Report(lines or (nothing,), data)
+    return Outcome(lines or (nothing,), data)
 
 
 MODEL_SHOW = Operation(

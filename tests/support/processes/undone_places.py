@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.app.operations.store.check import findings_of
-from pyroshock.app.operations.store.integrity import StoreCheck
 from pyroshock.schema.provenance import Tombstone
 from sqlalchemy import select
 
@@ -49,7 +48,7 @@ class UndonePlace:
 
     def look(self) -> None:
         with opened(self.url) as store:
-            assert list(findings_of(store, self.url, StoreCheck())) == []
+            assert list(findings_of(store, self.url)) == []
         state = state_of(self.url)
         assert state in (self.before, self.after), "neither before nor after"
 
