@@ -46,15 +46,6 @@ def models_extra() -> Iterator[None]:
         ) from error
 
 
-def tell_beside_bar(text: str) -> None:
-    """A line on standard error that does not tear a progress bar."""
-    import sys
-
-    from tqdm import tqdm
-
-    tqdm.write(text, file=sys.stderr)
-
-
 def registry_of(store_url: str) -> Registry:
     """The registry beside a store, or where MLFLOW_TRACKING_URI says."""
     from ...training.registry.registry import Registry

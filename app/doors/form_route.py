@@ -11,11 +11,11 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request as HttpRequest
 from starlette.responses import RedirectResponse, Response
 
-from ..operations.faults import Fault, RequestError
+from ..operations.faults import Fault, RequestError, read
 from ..operations.form import controls, form_page, read_form
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation
-from ..web.dependencies import Configured, OpenStore, Running
+from ..operations.operation import Operation, Request
+from ..web.dependencies import InLaboratory, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
 from .json_route import in_address
@@ -50,22 +50,26 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
     def send(
         http: HttpRequest,
         texts: SentTexts,
-        store: OpenStore,
+        laboratory: InLaboratory,
         running: Running,
-        settings: Configured,
     ) -> Response:
-        request = read_form(operation, texts, settings.folders)
-        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        request = read_form(operation, texts, laboratory.folders or ())
         if operation.long:
             return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
             operation.check(request, laboratory)
+        return tell(http, request, laboratory)
+
+    def tell(http: HttpRequest, request: Request, laboratory: Laboratory) -> Response:
         answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)
         if operation.answered_here:
             return page(http, "answer.html", operation=operation, answer=answer)
         return RedirectResponse(answer.address(), 303)
 
-    def show(http: HttpRequest) -> Response:
+    def show(http: HttpRequest, laboratory: InLaboratory) -> Response:
+        if operation.listing:
+            request = read(operation.request, dict(http.query_params), "network")
+            return tell(http, request, laboratory)
         return page(
             http,
             "operation.html",

@@ -14,9 +14,8 @@ from ..common.number_format import finite
 from ..operations.catalogue import topic_of
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
-from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
-from ..web.dependencies import Configured, OpenStore, Running
+from ..web.dependencies import InLaboratory, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
 
@@ -28,13 +27,11 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
     def endpoint(
         http: HttpRequest,
         body: Annotated[bytes, Depends(_body)],
-        store: OpenStore,
+        laboratory: InLaboratory,
         running: Running,
-        settings: Configured,
     ) -> Any:
         values = {**_sent(http, method, body), **in_address(http)}
-        request = _request(operation, values, settings.folders)
-        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        request = _request(operation, values, laboratory.folders or ())
         if operation.long:
             return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:

@@ -116,8 +116,3 @@ class Kind(Generic[Arguments]):
         if isinstance(arguments, BaseModel):
             return arguments.model_dump(mode="json")
         return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
-
-
-def ending_of(result: JobResult) -> Ending:
-    """The ending of work that has stored everything already, each row under its natural key."""
-    return lambda: result

@@ -1,47 +1,28 @@
-"""Every kind of job: a new one is a file `job.py` of its feature, and a row here."""
+"""Every kind of job."""
 
 from __future__ import annotations
 
-import importlib
 from collections import UserDict
 from typing import Any
 
 from ..operations.catalogue import OPERATIONS, operation
-from ..operations.operation import Operation
 from .kind import Kind
 
 
 class KindTable(UserDict[str, Any]):
-    """Kinds of jobs by name. The module of a kind is imported when the kind is first asked for.
-
-    So the queue, which all features use, imports no feature.
-    """
+    """Kinds of jobs by name: one for each operation, which is imported when its kind is first asked
+    for. So the queue, which all features use, imports no feature."""
 
     def __getitem__(self, name: str) -> Kind[Any]:
-        place = super().__getitem__(name)
-        if not isinstance(place, Kind):
-            module, attribute = place
-            place = getattr(
-                importlib.import_module(module, __package__.partition(".")[0]), attribute
-            )
-            if isinstance(place, Operation):
-                from .operation_kind import kind_of
+        kind: Kind[Any] | None = super().__getitem__(name)
+        if kind is None:
+            from .operation_kind import kind_of
 
-                place = kind_of(place)
-            self[name] = place
-            assert isinstance(place, Kind)
-        return place
+            kind = self[name] = kind_of(operation(name))
+        return kind
 
 
-#: Kind of job -> (module of the package, its object there).
-KINDS = KindTable(
-    {
-        **{
-            name: (f".app.operations.{module}", attribute)
-            for name, (module, attribute, *_) in OPERATIONS.items()
-        },
-    }
-)
+KINDS = KindTable(dict.fromkeys(OPERATIONS))
 
 
 def job_page(kind: str) -> str:

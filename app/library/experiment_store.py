@@ -25,6 +25,7 @@ from ..operations.ingest.folder import INGEST
 from ..operations.ingest.request import FolderIngest
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Answer, Operation
+from ..operations.store.integrity import DB_CHECK, StoreCheck
 from ..operations.validate.request import ValidationRequest
 from ..operations.validate.validating import VALIDATE
 
@@ -379,6 +380,45 @@ class ExperimentStore:
         return operation.answer(request, laboratory, lambda _done, _total, _what: None)
 
     # --- the store itself
+
+    #: Whether everything in the store is as it was stored: hashes, references, counts, models.
+    check = PythonMethod(StoreCheck, DB_CHECK)
+
+    @raises_library_errors
+    def query(self, statement: str, **settings: Any) -> pd.DataFrame:
+        """The answer to one SELECT statement in SQL, which cannot change anything.
+
+        Parameters:
+            statement: The statement.
+            settings: `parameters` (the values of :NAME in it), `limit` (most rows) and `timeout`
+                ("60s"), as options of `pyroshock query`.
+        """
+        from ..operations.store.question import QUERY
+
+        answer = self._ask(QUERY, statement=statement, **settings)
+        return frame_of(answer.rows, answer.columns)
+
+    @raises_library_errors
+    def materials(self) -> pd.DataFrame:
+        """A known material in each row: its constants, other names, and their source."""
+        from ..operations.store.materials import MATERIAL_LIST
+
+        return frame_of(self._ask(MATERIAL_LIST).rows, ("name",))
+
+    @raises_library_errors
+    def jobs(self, *, limit: int | None = None) -> pd.DataFrame:
+        """The long work that was asked for, the newest first; at most 20 jobs without `limit`."""
+        from ..jobs.job_operations import JOB_LIST
+
+        return frame_of(self._ask(JOB_LIST, limit=limit).rows, ("id", "state", "label"))
+
+    @raises_library_errors
+    def plugins(self) -> pd.DataFrame:
+        """Readers, effects and models that other installed packages add, and whether they can be
+        used."""
+        from ..operations.store.plugins import PLUGINS
+
+        return frame_of(self._ask(PLUGINS).rows, ("adds", "name", "package", "version", "state"))
 
     def close(self) -> None:
         """Release the connection to the database."""

@@ -1,20 +1,41 @@
-"""Every operation: its name, where it is declared, and its section on the command line.
+"""Every operation: its name, where it is declared, and the words of its commands.
 
 A new operation is a file of its feature below `app/operations`, and a row here. The table keeps
-help and completion from importing the operations.
+help and completion from importing the operations. `pyroshock serve` and `pyroshock demo` are plain
+commands beside it: they start a program, which asks for operations.
 """
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .operation import Operation
+if TYPE_CHECKING:
+    from .operation import Operation
 
-#: Name -> (module below this package, attribute, and the words of its commands). The words stand
-#: here and not with the operations, so that a command imports its own operation alone.
+#: Name -> (module below this package, or beside it after a point; attribute; and the words of its
+#: commands). The words stand here and not with the operations, so that a command imports its own
+#: operation alone.
 OPERATIONS: dict[str, tuple[str, ...]] = {
+    "init": ("store.upkeep", "INIT", "init"),
+    "db-upgrade": ("store.upkeep", "UPGRADE", "db upgrade"),
+    "db-roles": ("store.upkeep", "ROLES", "db roles"),
+    "db-copy": ("store.upkeep", "COPY", "db copy"),
+    "db-export": ("store.upkeep", "EXPORT", "db export"),
+    "db-import": ("store.upkeep", "IMPORT", "db import"),
+    "db-backup": ("store.upkeep", "BACKUP", "db backup"),
+    "db-restore": ("store.upkeep", "RESTORE", "db restore"),
+    "db-check": ("store.integrity", "DB_CHECK", "db check"),
+    "query": ("store.question", "QUERY", "query"),
+    "material-list": ("store.materials", "MATERIAL_LIST", "materials list"),
+    "material-add": ("store.materials", "MATERIAL_ADD", "materials add"),
+    "plugins": ("store.plugins", "PLUGINS", "plugins"),
+    "job-list": (".jobs.job_operations", "JOB_LIST", "jobs list"),
+    "job-show": (".jobs.job_operations", "JOB_SHOW", "jobs show"),
+    "job-stop": (".jobs.job_operations", "JOB_STOP", "jobs stop"),
+    "job-delete": (".jobs.job_operations", "JOB_DELETE", "jobs delete"),
+    "work": (".jobs.work", "WORK", "work"),
     "plan": ("plan.make", "PLAN", "plan"),
     "plan-list": ("plan.status", "PLAN_LIST", "plan list", "plans list"),
     "plan-status": ("plan.status", "PLAN_STATUS", "plan status", "plans show"),
@@ -88,14 +109,15 @@ def operation(name: str) -> Operation[Any, Any]:
     if name not in OPERATIONS:
         raise LookupError(f"no operation {name!r}; there are: {', '.join(OPERATIONS)}")
     module, attribute, *_ = OPERATIONS[name]
-    declared = getattr(importlib.import_module(f".{module}", __package__), attribute)
-    assert isinstance(declared, Operation)
+    declared: Operation[Any, Any] = getattr(
+        importlib.import_module(f".{module}", __package__), attribute
+    )
     return declared
 
 
 def topic_of(name: str) -> str:
     """The topic of an operation's route in the description of the API."""
-    feature = OPERATIONS[name][0].partition(".")[0]
+    feature = OPERATIONS[name][0].removeprefix(".").partition(".")[0]
     return TOPICS.get(feature, feature)
 
 

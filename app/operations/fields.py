@@ -26,7 +26,8 @@ class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
     `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
     `option` is an older spelling that commands keep, `words` says that the option takes all words
-    behind it, `several` that the command takes several values and works on one after the other,
+    behind it, `pair` that it takes a name and its value as two words, also with one letter before
+    them, `several` that the command takes several values and works on one after the other,
     `unit` is the SI unit of its number, `lines` a form's height for a text of several, `label` its
     words in a form."""
 
@@ -39,6 +40,7 @@ class Presentation:
     label: str = ""
     several: bool = False
     words: bool = False
+    pair: bool = False
 
 
 def request_field(

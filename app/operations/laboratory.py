@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ class Laboratory:
 
     `folders` are those that a request from the network may name; None: any folder of this machine.
     `processes` read files at once (None: as many as pay), and `job` is the number of the job that
-    does the work, 0 of none.
+    does the work, 0 of none. `tell` takes remarks while the work goes on, for whoever waits for it.
     """
 
     store: Store
@@ -27,3 +28,4 @@ class Laboratory:
     folders: tuple[Path, ...] | None = None
     processes: int | None = None
     job: int = 0
+    tell: Callable[[str], None] = lambda _: None

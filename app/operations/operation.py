@@ -7,8 +7,9 @@ the command, the JSON route, the form, the job and the Python method of each ope
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Literal
 
@@ -151,6 +152,27 @@ class Result:
 
 
 @dataclass(frozen=True)
+class Outcome(Result):
+    """What was done: `lines` for people, `data` for programs, and the `page` that shows it."""
+
+    lines: tuple[str, ...]
+    data: Any
+    page: str = ""
+
+    def notes(self) -> Sequence[str]:
+        """What was done."""
+        return self.lines
+
+    def to_json(self) -> Any:
+        """The same for programs."""
+        return self.data
+
+    def address(self) -> str:
+        """The page that shows it."""
+        return self.page
+
+
+@dataclass(frozen=True)
 class Rows(Result):
     """The answer of a listing. On the command line its rows can be sorted, chosen by column and
     written as CSV."""
@@ -169,6 +191,33 @@ class Rows(Result):
     def to_json(self) -> Any:
         """All rows with all their columns."""
         return [dict(row) for row in self.rows]
+
+
+@dataclass(frozen=True, eq=False)
+class Batches(Result):
+    """Rows in batches of columns, of any number: the command writes them as they come, and every
+    other door reads all of them. They can be read once."""
+
+    #: Names of the columns, also of an answer without rows.
+    columns: tuple[str, ...]
+    batches: Iterator[dict[str, list[Any]]]
+
+    @cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        """All rows."""
+        return [
+            dict(zip(batch, row, strict=True))
+            for batch in self.batches
+            for row in zip(*batch.values(), strict=True)
+        ]
+
+    def tables(self) -> Sequence[ResultTable]:
+        """The one table."""
+        return (ResultTable("", self.rows, "no rows"),)
+
+    def to_json(self) -> Any:
+        """All rows with all their columns."""
+        return self.rows
 
 
 def same_fields(request: Request, other: type[Request]) -> dict[str, Any]:
@@ -244,15 +293,21 @@ class Operation(Generic[Asked, Answer]):
     variants: Sequence[type[Asked]] = ()
     #: Its result is `Rows`.
     listing: bool = False
+    #: Its result is `Batches`.
+    streams: bool = False
+    #: The listing that its command gives with `--list`, of the fields that both have.
+    listed_by: str = ""
     #: Takes more than a second: a job at every door that cannot wait.
     long: bool = False
-    #: What the steps of its progress are, such as "shots".
+    #: What the steps of its progress are, such as "shots"; empty: it tells itself how far it is.
     steps: str = "steps"
     creates_store: bool = False
     #: Works without a store, too: an empty one stands for it, and is gone afterwards.
     needs_store: bool = True
     #: Neither reads nor writes the store: the command takes `--db` and does nothing with it.
     uses_store: bool = True
+    #: False: it opens the store at the address of the laboratory itself, or makes it.
+    opens_store: bool = True
     #: Help of `--jobs` of an operation whose work `Laboratory.executor` does.
     workers: str = ""
     #: Help of `--jobs` of an operation that `Laboratory.processes` of this machine do.

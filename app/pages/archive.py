@@ -21,10 +21,9 @@ from ..operations.ingest.removal import list_tombstones, standing_lines, standin
 from ..operations.laboratory import Laboratory
 from ..operations.machine_paths import MachinePath
 from ..operations.upload_folders import discard, make_scratch
-from ..web.dependencies import Configured, Key, Name, OpenStore, Running
+from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Running
 from ..web.jobs import Jobs, ask_operation, followed
 from ..web.rendering import page
-from ..web.settings import Settings
 from ..web.uploads import UploadError, copy_file
 
 router = APIRouter()
@@ -64,15 +63,14 @@ def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Respons
 
 
 @router.post("/deleted/{stone}/restore")
-def restore(stone: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
+def restore(stone: Key, laboratory: InLaboratory, jobs: Running) -> Response:
     """Bring an archived campaign back from the file of this machine."""
-    _campaign, file = _archive_of(store, settings.db, stone)
-    return followed(_asked(MachinePath(path=file), store, jobs, settings))
+    _campaign, file = _archive_of(laboratory.store, laboratory.db, stone)
+    return followed(_asked(MachinePath(path=file), laboratory, jobs))
 
 
-def _asked(file: MachinePath, store: Store, jobs: Jobs, settings: Settings) -> JobView:
+def _asked(file: MachinePath, laboratory: Laboratory, jobs: Jobs) -> JobView:
     request = read(CampaignReturn, {"file": file}, "network")
-    laboratory = Laboratory(store, settings.db, folders=settings.folders)
     return ask_operation(RESTORE, request, laboratory, jobs)
 
 
@@ -91,7 +89,7 @@ def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
 
 @router.post("/ingest/restore")
 async def restore_upload(
-    request: Request, store: OpenStore, jobs: Running, settings: Configured
+    request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:
     """Bring a deleted campaign back from a file that was saved before."""
     async with request.form(max_files=2) as form:
@@ -103,7 +101,7 @@ async def restore_upload(
             file = scratch / "campaign.pyroshock"
             await run_in_threadpool(copy_file, upload.file, file, settings.max_upload_bytes)
             path = MachinePath(path=file, scratch=scratch)
-            job = await run_in_threadpool(_asked, path, store, jobs, settings)
+            job = await run_in_threadpool(_asked, path, laboratory, jobs)
         except UploadError as error:
             discard(scratch)
             raise FieldError("file", str(error)) from error

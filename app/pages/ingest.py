@@ -23,7 +23,7 @@ from ..operations.laboratory import Laboratory
 from ..operations.machine_paths import MachinePath, campaigns_below, confined, scratches_of
 from ..operations.operation import same_fields
 from ..operations.upload_folders import discard, take_checked
-from ..web.dependencies import Configured, Key, OpenStore, Running
+from ..web.dependencies import Configured, InLaboratory, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
 from ..web.uploads import asked_of_upload
@@ -51,10 +51,10 @@ def ingest(request: Request, store: OpenStore, settings: Configured) -> Response
 
 @router.post("/ingest/upload")
 async def by_upload(
-    request: Request, store: OpenStore, jobs: Running, settings: Configured
+    request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:
     """Check uploaded files, or store them."""
-    return followed(await asked_of_upload(request, store, jobs, settings))
+    return followed(await asked_of_upload(request, laboratory, jobs, settings))
 
 
 @router.get("/ingest/checks/{job}")

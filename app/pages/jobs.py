@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from ...schema.jobs import FAILED, STATES, STOPPED
 from ..jobs.kind import JobForm
-from ..jobs.queue import JobView
+from ..jobs.queue import JobView, list_jobs, users_of
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.job_words import (
     duration_words,
@@ -29,10 +29,10 @@ Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
 
 @router.get("/jobs")
-def jobs(request: Request, running: Running, before: Before = None, state: str = "") -> Response:
+def jobs(request: Request, store: OpenStore, before: Before = None, state: str = "") -> Response:
     unknown = state not in ("", *STATES)
-    listed = [] if unknown else running.listed(PAGE + 1, before, state or None)
-    users = running.users_of([job.key for job in listed])
+    listed = [] if unknown else list_jobs(store, PAGE + 1, before, state or None)
+    users = users_of(store, [job.key for job in listed])
     rows = [
         (job, kind_words(job.kind), _duration(job), users.get(job.key, "")) for job in listed[:PAGE]
     ]
@@ -59,7 +59,7 @@ def _duration(job: JobView) -> str:
 
 
 @router.get("/jobs/{job}")
-def job(request: Request, job: Key, running: Running) -> Response:
+def job(request: Request, job: Key, store: OpenStore, running: Running) -> Response:
     job_row = running.get(job)
     unfinished = job_row.state in (FAILED, STOPPED)
     form, repeatable = running.form_of(job) if unfinished else (None, False)
@@ -73,7 +73,7 @@ def job(request: Request, job: Key, running: Running) -> Response:
         next_step=next_step_words(job_row, repeatable),
         form=_form_address(form, job),
         repeatable=repeatable,
-        user=running.users_of([job]).get(job, ""),
+        user=users_of(store, [job]).get(job, ""),
         ended=job_row.ended,
     )
 
@@ -95,11 +95,6 @@ def form_values(job: Key, running: Running) -> dict[str, Any]:
     if form is None:
         raise LookupError(f"no page has a form that asks for job {job} again")
     return {"form": form.form, "fields": dict(form.fields)}
-
-
-@router.post("/jobs/{job}/stop")
-def stop(job: Key, running: Running) -> Response:
-    return followed(running.stop(job))
 
 
 @router.post("/jobs/{job}/again")

@@ -16,9 +16,8 @@ from ..operations.impacts.impact import get_impact, impact_page
 from ..operations.ingest.removal import standing_lines, standing_on
 from ..operations.ingest.runs import RUN_DISCARD, DiscardedRecording, RunDiscard
 from ..operations.laboratory import Laboratory
-from ..web.dependencies import Configured, Key, Name, OpenStore, Text
+from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Text
 from ..web.rendering import page, part
-from ..web.settings import Settings
 from .impact_lists import Ticked, ticked
 
 router = APIRouter()
@@ -43,25 +42,22 @@ def ask_recording(
 
 
 @router.post("/impacts/{impact}/discard")
-def discard(impact: Key, store: OpenStore, settings: Configured, reason: Reason) -> Response:
-    discarded = _discarded(store, settings, recording_of(store, impact), reason)
+def discard(impact: Key, laboratory: InLaboratory, reason: Reason) -> Response:
+    discarded = _discarded(laboratory, recording_of(laboratory.store, impact), reason)
     return RedirectResponse(discarded.address(), 303)
 
 
 def _discarded(
-    store: Store, settings: Settings, recording: tuple[str, str], reason: str
+    laboratory: Laboratory, recording: tuple[str, str], reason: str
 ) -> DiscardedRecording:
-    campaign, path = recording
-    values = {"campaign": campaign, "recording": path, "reason": reason}
-    laboratory = Laboratory(store, settings.db, folders=settings.folders)
+    values = {"campaign": recording[0], "recording": recording[1], "reason": reason}
     request = read(RunDiscard, values, "network")
     return RUN_DISCARD.answer(request, laboratory, lambda _done, _total, _what: None)
 
 
 @router.post("/impacts/reject")
 def reject(
-    store: OpenStore,
-    settings: Configured,
+    laboratory: InLaboratory,
     impact: Ticked = [],  # noqa: B006
     reason: Annotated[Text, Form(max_length=4000)] = "",
 ) -> Response:
@@ -72,8 +68,8 @@ def reject(
             "reason", "Say why these recordings are rejected; the reason is kept with each of them."
         )
     # all are looked up before any is gone
-    for recording in dict.fromkeys([recording_of(store, key) for key in impacts]):
-        _discarded(store, settings, recording, reason)
+    for recording in dict.fromkeys([recording_of(laboratory.store, key) for key in impacts]):
+        _discarded(laboratory, recording, reason)
     return RedirectResponse("/impacts", 303)
 
 

@@ -9,6 +9,7 @@ from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
 from ...twin.contact.laws import LAWS
+from ..jobs.queue import list_jobs
 from ..operations.form import controls
 from ..operations.validate.figures import (
     comparison_figures,
@@ -39,12 +40,12 @@ router = APIRouter()
 
 
 @router.get("/validations")
-def validations(request: Request, store: OpenStore, running: Running) -> Response:
+def validations(request: Request, store: OpenStore) -> Response:
     """The form, with the values of the address in its fields, and the validations that were
     made."""
     with store.reading() as session:
         names = list_campaign_names(session)
-    made = [job for job in running.listed() if job.kind == VALIDATE.name]
+    made = [job for job in list_jobs(store) if job.kind == VALIDATE.name]
     values = dict(request.query_params)
     further = set(VALIDATE.request.model_fields) - {"campaign"}
     return page(

@@ -27,7 +27,6 @@ from ..common.errors import is_for_the_user
 from ..documents.page import section_style
 from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
-from ..doors.api import jobs as jobs_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
 from ..doors.routes import form_router, json_router
@@ -72,7 +71,6 @@ _API = (
     ingest_api,
     csrf,
     impacts_api,
-    jobs_api,
     train_api,
     predict_api,
 )

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 from starlette.requests import Request
 
 from ...schema.session import Store, Writer
+from ..operations.laboratory import Laboratory
 from ..operations.operation import UNWRITABLE
 from .guard import INNER_SLASH
 from .jobs import Jobs
@@ -35,9 +36,16 @@ def _settings(request: Request) -> Settings:
     return settings
 
 
+def _laboratory(request: Request) -> Laboratory:
+    settings = _settings(request)
+    return Laboratory(_store(request), settings.db, folders=settings.folders)
+
+
 OpenStore = Annotated[Store, Depends(_store)]
 Running = Annotated[Jobs, Depends(_jobs)]
 Configured = Annotated[Settings, Depends(_settings)]
+#: The store with what the server may read, for operations.
+InLaboratory = Annotated[Laboratory, Depends(_laboratory)]
 #: A name within an address, slashes included (`rendering.part` writes it).
 Name = Annotated[
     str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Sequence
 from typing import Any
 
 from starlette.responses import RedirectResponse, Response
@@ -13,7 +12,6 @@ from starlette.responses import RedirectResponse, Response
 from ...schema.engine import StoreRoleError
 from ...schema.jobs import DONE
 from ...schema.session import Store
-from ..jobs.claims import stop
 from ..jobs.kind import Arguments, JobForm, Kind
 from ..jobs.known_kinds import job_page
 from ..jobs.operation_kind import kind_of
@@ -24,9 +22,7 @@ from ..jobs.queue import (
     get_job,
     is_repeatable,
     job_form,
-    list_jobs,
     this_host,
-    users_of,
 )
 from ..jobs.worker import Worker
 from ..operations.faults import read
@@ -70,17 +66,6 @@ class Jobs:
         """Raises `LookupError` for a number that no job has."""
         return get_job(self._store, key)
 
-    def listed(
-        self, limit: int = 200, before: int | None = None, state: str | None = None
-    ) -> list[JobView]:
-        """The newest first, without results: at most `limit`, of those older than `before`, in one
-        `state`."""
-        return list_jobs(self._store, limit, before, state)
-
-    def users_of(self, keys: Sequence[int]) -> dict[int, str]:
-        """Who asked for jobs."""
-        return users_of(self._store, keys)
-
     def form_of(self, key: int) -> tuple[JobForm | None, bool]:
         """The form that asks for a job again, and whether it can be repeated as it was.
 
@@ -98,10 +83,6 @@ class Jobs:
         if self._worker is not None:
             self._worker.ask_now()
         return job
-
-    def stop(self, key: int) -> JobView:
-        """Ask a job to end; one that has ended stays as it is."""
-        return stop(self._store, key)
 
     def close(self, patience_s: float = 4.0) -> None:
         """End the worker: what it has in hand goes back to the queue, at its next step or without

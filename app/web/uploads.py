@@ -16,7 +16,6 @@ from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
 
-from ...schema.session import Store
 from ..jobs.queue import JobView
 from ..operations.fields import without_presentation
 from ..operations.form import read_form
@@ -164,7 +163,9 @@ def upload_form() -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": body}}}}
 
 
-async def asked_of_upload(http: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
+async def asked_of_upload(
+    http: Request, laboratory: Laboratory, jobs: Jobs, settings: Settings
+) -> JobView:
     """The job of an ingest whose form brings the `files` in place of the path; other controls are
     its fields.
 
@@ -186,7 +187,6 @@ async def asked_of_upload(http: Request, store: Store, jobs: Jobs, settings: Set
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
             read_already = {"path": MachinePath(path=folder, scratch=scratch)}
             request = read_form(INGEST, texts, files=read_already)
-            laboratory = Laboratory(store, settings.db, folders=settings.folders)
             return await run_in_threadpool(ask_operation, INGEST, request, laboratory, jobs)
         except BaseException:  # an interruption, too, leaves no upload behind; it is raised again
             discard(scratch)

@@ -14,7 +14,8 @@ import pytest
 from click.testing import CliRunner
 from pyroshock import __version__
 from pyroshock.app.common.filters import parse_where
-from pyroshock.app.doors.command_line.main import COMMANDS, main
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.command_words import COMMANDS
 from pyroshock.schema.listings import Condition
 from support.records.campaigns import (
     blows,

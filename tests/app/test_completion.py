@@ -16,7 +16,8 @@ from typing import IO
 import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
-from pyroshock.app.doors.command_line.main import COMMANDS, main
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.command_words import COMMANDS
 from pyroshock.schema.tables import metadata
 from pyroshock.twin.effects import catalogue
 from support.missing import needs_program

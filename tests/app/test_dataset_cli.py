@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.doors.commands.dataset import dataset
+from pyroshock.app.doors.command_line.operation_group import OperationGroup
 from pyroshock.dataset.snapshot import read_snapshot
 from support.stores.hammer_stores import HITS, copied, filled_store, full_campaign
 from support.stores.stores import opened
@@ -32,7 +32,7 @@ def url(filled, tmp_path) -> str:
 
 
 def run(url: str, *words: str | Path):
-    result = CliRunner().invoke(dataset, [*map(str, words), "--db", url])
+    result = CliRunner().invoke(OperationGroup("dataset"), [*map(str, words), "--db", url])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

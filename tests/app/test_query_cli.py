@@ -13,7 +13,9 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.operations.store.query import QueryError, Statement, list_columns, unit_of
+from pyroshock.app.operations.store.question import USUAL_ROWS
 from pyroshock.schema.session import Writer, count_rows, open_store
+from support.processes.web_client import post_json, window
 from support.records.campaigns import hammer_campaign
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -216,3 +218,21 @@ def test_a_large_answer_does_not_fill_memory(tmp_path):
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < peaks[0] + 1e6
+
+
+def test_over_a_network_rows_and_time_are_limited(tmp_path):
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    numbers = (
+        "with recursive n(i) as (select 1 union all select i + 1 from n where i < 20000) "
+        "select i from n"
+    )
+    with window(url) as (client, _):
+        answers = [
+            post_json(client, "/api/query", {"statement": numbers, **more})
+            for more in ({}, {"limit": 12000}, {"limit": 200000}, {"timeout": 61})
+        ]
+        assert [answer.status_code for answer in answers] == [200, 200, 422, 422]
+        assert [len(answer.json()) for answer in answers[:2]] == [USUAL_ROWS, 12000]
+        assert "expected at most 60s over a network" in answers[3].json()["detail"]
+        gone = post_json(client, "/api/query", {"statement": "delete from materials"})
+        assert gone.status_code == 422 and "DELETE is refused" in gone.json()["detail"]

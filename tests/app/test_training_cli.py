@@ -13,7 +13,7 @@ import pytest
 from click import Command
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.command_line.operation_command import command_of
-from pyroshock.app.doors.commands.dataset import dataset
+from pyroshock.app.doors.command_line.operation_group import OperationGroup
 from pyroshock.app.doors.commands.models import models
 from pyroshock.app.operations.train.compare import COMPARE
 from pyroshock.app.operations.train.promote import PROMOTE
@@ -277,7 +277,7 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     def run(command: Command, *words: str) -> Result:
         return CliRunner().invoke(command, [*words, *end], catch_exceptions=False)
 
-    done(run(dataset, "build", "all-of-spring", "--from", "spring"))
+    done(run(OperationGroup("dataset"), "build", "all-of-spring", "--from", "spring"))
     done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
     refused = run(promote, "linear", "1")
     assert refused.exit_code == 3, "four configurations judge no model"

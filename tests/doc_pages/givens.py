@@ -174,17 +174,6 @@ def cluster(place: Place, address: str) -> None:
     place.names[address] = place.open_until_the_end.enter_context(dask_cluster(home)).address
 
 
-def one_repetition(place: Place) -> None:
-    """A plan's runs are repeated once where the page does not say how often: the virtual bench
-    takes seconds a run."""
-    from pyroshock.app.doors.commands import plan as cli
-
-    for command in cli.plan.commands.values():
-        for option in command.params:
-            if option.name == "repetitions":
-                place.patch.setattr(option, "default", 1)
-
-
 def few_models(place: Place, names: str) -> None:
     """What `train` makes where the page does not say which: all 22 take minutes, and registry.md
     has them all."""
@@ -238,7 +227,6 @@ GIVENS: dict[str, Given] = {
             cluster,
             window,
             folders,
-            one_repetition,
             few_models,
         ),
     )

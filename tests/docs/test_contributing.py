@@ -88,8 +88,9 @@ def test_every_estimator_is_held_to_the_promises_of_all_and_every_design_has_a_c
                 f"{kind}: {name} is in no list of members"
             )
     from click import Context
-    from pyroshock.app.doors.commands.plan import plan
+    from pyroshock.app.doors.command_line.operation_group import OperationGroup
 
+    plan = OperationGroup("plan")
     for method in METHODS:
         assert plan.get_command(Context(plan), method) is not None
 

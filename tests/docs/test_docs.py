@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from doc_pages.running import place_in
-from pyroshock.app.doors.command_line.main import COMMANDS
+from pyroshock.app.operations.command_words import COMMANDS
 from pyroshock.benchmarks.scale import MARK, QUESTIONS
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.tables import metadata

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.doors.command_line.main import COMMANDS
+from pyroshock.app.operations.command_words import COMMANDS
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import MetaData, Table, event, update

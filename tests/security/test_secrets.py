@@ -15,7 +15,8 @@ import click
 import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.command_line.common import SECRET_OPTIONS, command_line
-from pyroshock.app.doors.command_line.main import COMMANDS, main
+from pyroshock.app.doors.command_line.main import main
+from pyroshock.app.operations.command_words import COMMANDS
 from pyroshock.app.server import command as cli
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema import migrate

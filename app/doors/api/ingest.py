@@ -8,7 +8,7 @@ from fastapi import APIRouter
 from starlette.requests import Request
 
 from ...operations.machine_paths import campaigns_below
-from ...web.dependencies import Configured, OpenStore, Running
+from ...web.dependencies import Configured, InLaboratory, Running
 from ...web.uploads import asked_of_upload, upload_form
 
 router = APIRouter(tags=["campaigns"])
@@ -22,8 +22,8 @@ def folders(settings: Configured) -> list[str]:
 
 @router.post("/ingest/upload", openapi_extra=upload_form())
 async def upload(
-    request: Request, store: OpenStore, jobs: Running, settings: Configured
+    request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> dict[str, Any]:
     """Ingest uploaded files: those of one campaign folder with their paths within it, or one ZIP;
     the other fields are those of the ingest."""
-    return (await asked_of_upload(request, store, jobs, settings)).as_json()
+    return (await asked_of_upload(request, laboratory, jobs, settings)).as_json()

@@ -14,7 +14,8 @@ from typing import Any, TypeVar
 import click
 
 from ...common.quantities import key_of
-from .common import json_option, print_table, spreadsheet_guard_option, write_json
+from ...operations.operation import Rows
+from .common import json_option, note, print_table, spreadsheet_guard_option, write_json
 from .options import split_names
 
 Row = dict[str, Any]
@@ -35,6 +36,12 @@ class Listing:
     def is_chosen(self) -> bool:
         """Whether anything but the usual table is asked for."""
         return self != Listing()
+
+    def show_answer(self, answer: Rows) -> None:
+        """Print the rows of an answer, and what is remarked of them beside the table."""
+        self.show(map(dict, answer.rows), answer.empty, answer.shortened)
+        for line in answer.notes() if self.json_to is None else ():
+            note(line)
 
     def show(self, rows: Iterable[Row], empty: str, shortened: Callable[[Row], Row] = dict) -> None:
         """Print `rows`, or `empty` where there are none and a person reads it.

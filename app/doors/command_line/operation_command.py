@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
@@ -13,7 +13,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from ....parallel.executor import ExecutorConfig
-from ...common.progress import WorkProgress, progress_bar
+from ...common.progress import progress_bar
+from ...operations.catalogue import operation as operation_named
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
@@ -22,9 +23,9 @@ from ...operations.operation import (
     NegativeAnswerError,
     Operation,
     Output,
+    Progress,
     Request,
     Result,
-    Rows,
 )
 from . import completion
 from .common import (
@@ -46,6 +47,7 @@ from .common import (
 from .listed import Listing, listing_options
 from .next_step import suggest_next
 from .options import confirm_deletion, deletion_options
+from .streamed import Stream, stream_options
 
 if TYPE_CHECKING:
     from ....schema.session import Store
@@ -70,7 +72,15 @@ def command_of(
         None,
     )
 
-    def call(json_to: str | None = None, db: str = "", **given: Any) -> None:
+    def call(json_to: str | None = None, db: str = "", listed: bool = False, **given: Any) -> None:
+        if listed:
+            listing_of = operation_named(operation.listed_by)
+            names = listing_of.request.model_fields
+            shared = {name: value for name, value in _stated(given).items() if name in names}
+            _perform(
+                listing_of, listing_of.request, [shared], _Work(db), {}, None, Listing(json_to)
+            )
+            return
         files = {}
         for output in operation.outputs:
             paths = [given.pop(_OUTPUT + spelled, None) for spelled in (output.name, output.older)]
@@ -95,7 +105,13 @@ def command_of(
         _perform(operation, typed_request, every, work, files, json_to, listing)
 
     function: Any = db_option(call) if operation.uses_store else _unused_db(call)
-    function = listing_options(function) if operation.listing else json_option(function)
+    if operation.streams:
+        function = stream_options(function)
+    else:
+        function = listing_options(function) if operation.listing else json_option(function)
+    if operation.listed_by:
+        text = "List those that the store holds, and do nothing else."
+        function = click.option("--list", "listed", is_flag=True, help=text)(function)
     if operation.deletes is not None:
         function = deletion_options(function)
     if operation.workers:
@@ -110,10 +126,10 @@ def command_of(
         if name not in _HIDDEN:
             function = parameter(name, field)(function)
     word = name or _words(operation, typed_request)[-1]
-    return click.command(word, cls=_WordsCommand, help=_help(operation, typed_request))(function)
+    return click.command(word, cls=OperationCommand, help=_help(operation, typed_request))(function)
 
 
-class _WordsCommand(click.Command):
+class OperationCommand(click.Command):
     """Options whose field says `words` take all words behind them: `--from A B C` is
     `--from A --from B --from C`."""
 
@@ -221,6 +237,9 @@ def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
         "shell_complete": complete or _choices(kind),
         "type": click.UNPROCESSED if _is_repeated(kind) else str,
     }
+    if shown.pair:
+        words |= {"nargs": 2, "type": str}
+        return click.option(option[1:3], option, name, **words)
     return click.option(option, name, cls=_Option, takes_words=shown.words, **words)
 
 
@@ -284,14 +303,14 @@ class _Work:
     """Where a command works: the store, the processes, and whether a deletion is only tried."""
 
     db: str
-    executor: ExecutorConfig | None
-    processes: int | None
-    dry_run: bool
+    executor: ExecutorConfig | None = None
+    processes: int | None = None
+    dry_run: bool = False
 
     def laboratory(self, store: Store) -> Laboratory:
         """The laboratory of the command."""
         executor = self.executor or ExecutorConfig()
-        return Laboratory(store, self.db, executor, processes=self.processes)
+        return Laboratory(store, self.db, executor, processes=self.processes, tell=note)
 
 
 def _perform(
@@ -301,7 +320,7 @@ def _perform(
     work: _Work,
     files: Mapping[Output[Any], Path],
     json_to: str | None,
-    listing: Listing | None,
+    listing: Listing | Stream | None,
 ) -> None:
     with errors_as_one_line(), _faults_as_options(request):
         # before the store is opened and anything heavy is imported
@@ -310,20 +329,18 @@ def _perform(
             if output.check is not None:
                 output.check(path)
     results: list[Result] = []
-    progress = progress_bar(operation.title(requests[0]), operation.steps)
+    progress = _progress(operation, requests[0])
     rehearsed = getattr(requests[0], "dry_run", False)
     with _opened(operation, work.db, rehearsed=rehearsed) as store:
         for number, command_request in enumerate(requests):
             if number:
-                progress = progress_bar(operation.title(command_request), operation.steps)
-            result = _answer(operation, command_request, work, store, progress)
+                progress = _progress(operation, command_request)
+            result: Any = _answer(operation, command_request, work, store, progress)
             if result is None:
                 return
             results.append(result)
-            if listing is not None and isinstance(result, Rows):
-                listing.show(map(dict, result.rows), result.empty, result.shortened)
-                for line in result.notes() if listing.json_to is None else ():
-                    note(line)
+            if listing is not None:
+                listing.show_answer(result)
             else:
                 _tell(result, files, json_to)
         if json_to is not None and listing is None:
@@ -338,12 +355,18 @@ def _perform(
         raise click.exceptions.Exit(code)
 
 
+def _progress(operation: Operation[Any, Any], request: Request) -> AbstractContextManager[Progress]:
+    if operation.steps:
+        return progress_bar(operation.title(request), operation.steps)
+    return nullcontext(lambda _done, _total, _what: None)
+
+
 def _answer(
     operation: Operation[Any, Any],
     request: Request,
     work: _Work,
     store: Store,
-    progress: WorkProgress,
+    progress: AbstractContextManager[Progress],
 ) -> Result | None:
     """The answer; None where only a deletion was tried."""
     laboratory = work.laboratory(store)
@@ -368,7 +391,7 @@ def _answer(
 def _opened(
     operation: Operation[Any, Any], db: str, *, rehearsed: bool
 ) -> AbstractContextManager[Store]:
-    if not operation.uses_store:
+    if not (operation.uses_store and operation.opens_store):
         return open_scratch_store()
     if operation.needs_store and not (rehearsed and operation.creates_store):
         return open_command_store(db, create=operation.creates_store)

@@ -7,32 +7,30 @@ from typing import Any
 import click
 
 from ...operations.catalogue import commands_of_noun, operation
+from ...operations.command_words import COMMANDS, NOUNS
 from .nouns import NounGroup
 
 
 class OperationGroup(NounGroup):
     """The commands below a noun. Alone the noun does what its command `list` does.
 
-    `others` are commands that are no operations. A word that is none of them may be the method of
-    an operation with variants: `plan lhs`.
+    A word that is no command may be the method of an operation with variants: `plan lhs`.
     """
 
-    def __init__(
-        self, noun: str, text: str, others: dict[str, click.Command] | None = None, **more: Any
-    ) -> None:
+    def __init__(self, noun: str) -> None:
         self.noun = noun
         self._operations = commands_of_noun(noun)
         listing = self.get_command_of("list") if "list" in self._operations else None
         if listing is not None and any(isinstance(part, click.Argument) for part in listing.params):
             listing = None  # a word behind the noun would be taken for its argument
+        alone = " Without a command, list them." if listing else ""
+        examples = NOUNS[noun].replace("\n", "\n    ")
         super().__init__(
             noun,
-            help=text,
+            help=f"{COMMANDS[noun]}{alone}\n\n\b\nExample:\n    {examples}",
             params=listing.params if listing else [],
             callback=click.pass_context(self._alone) if listing else None,
             invoke_without_command=listing is not None,
-            commands=others or {},
-            **more,
         )
 
     def _alone(self, context: click.Context, /, **given: Any) -> None:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
-
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from ....schema.diagnoses import Diagnosis, TwinVersion
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Progress, Request, Result
+from ..operation import FormPage, Operation, Outcome, Progress, Request
 from .adopt import DiagnosisNumber, diagnosis_field
 from .stored import get_diagnosis_row
 
@@ -24,26 +20,6 @@ class DeletionRequest(Request):
     """Which diagnosis is deleted."""
 
     diagnosis: DiagnosisNumber = diagnosis_field("Delete the diagnosis with this number.")
-
-
-@dataclass(frozen=True)
-class DeletedDiagnosis(Result):
-    """What was deleted."""
-
-    diagnosis: int
-    campaign: str
-
-    def notes(self) -> Sequence[str]:
-        """What was deleted."""
-        return (f"diagnosis {self.diagnosis} of {self.campaign} is deleted",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Number and campaign of what was deleted."""
-        return {"diagnosis": self.diagnosis, "campaign": self.campaign}
-
-    def address(self) -> str:
-        """The list of the diagnoses that are left."""
-        return "/diagnoses"
 
 
 def check_diagnosis_unused(session: Session, key: int) -> str:
@@ -68,16 +44,18 @@ def _lost(request: DeletionRequest, laboratory: Laboratory) -> str:
     return f"diagnosis {request.diagnosis} of {campaign}"
 
 
-def _run(request: DeletionRequest, laboratory: Laboratory, _: Progress) -> DeletedDiagnosis:
+def _run(request: DeletionRequest, laboratory: Laboratory, _: Progress) -> Outcome:
     def delete_row(session: Session) -> str:
         campaign = check_diagnosis_unused(session, request.diagnosis)
         session.execute(delete(Diagnosis).where(Diagnosis.id == request.diagnosis))
         return campaign
 
-    return DeletedDiagnosis(request.diagnosis, laboratory.store.write(delete_row))
+    number, campaign = request.diagnosis, laboratory.store.write(delete_row)
+    line = f"diagnosis {number} of {campaign} is deleted"
+    return Outcome((line,), {"diagnosis": number, "campaign": campaign}, "/diagnoses")
 
 
-DELETE_DIAGNOSIS: Operation[DeletionRequest, DeletedDiagnosis] = Operation(
+DELETE_DIAGNOSIS: Operation[DeletionRequest, Outcome] = Operation(
     name="delete-diagnosis",
     request=DeletionRequest,
     run=_run,

@@ -114,5 +114,6 @@ DIAGNOSE = Operation(
     needs_store=False,
     outputs=(Output("html", "Write the result to FILE as a page.", _write_page),),
     label=lambda request: request.words,
+    listed_by="list-diagnoses",
     form=FormPage("/diagnoses", "diagnose", "/diagnoses"),
 )

@@ -46,20 +46,15 @@ class DiagnosisRows(Rows):
 
     def shortened(self, row: Mapping[str, Any]) -> Row:
         """A row for people: the likeliest cause with its probability, and what was adopted."""
-        return row_in_words(row)
-
-
-def row_in_words(row: Mapping[str, Any]) -> Row:
-    """A row for people: the likeliest cause with its probability, and what was adopted."""
-    names = ("id", "campaign", "diagnosed_at", "simulator", "first", "probability", "adopted")
-    shown = {name: row[name] for name in names if name in row}
-    adopted = None if row["adopted"] is None else spell_sets(row["adopted"])
-    return {
-        **shown,
-        "first": spell_sets(row["first"]),
-        "probability": percent(row["probability"]),
-        "adopted": adopted,
-    }
+        names = ("id", "campaign", "diagnosed_at", "simulator", "first", "probability", "adopted")
+        shown = {name: row[name] for name in names if name in row}
+        adopted = None if row["adopted"] is None else spell_sets(row["adopted"])
+        return {
+            **shown,
+            "first": spell_sets(row["first"]),
+            "probability": percent(row["probability"]),
+            "adopted": adopted,
+        }
 
 
 def _list(request: ListedDiagnoses, laboratory: Laboratory, _: Progress) -> DiagnosisRows:

@@ -19,6 +19,7 @@ from ..operation import (
     Lines,
     NotHereError,
     Operation,
+    Outcome,
     Progress,
     Request,
     Result,
@@ -30,16 +31,12 @@ from .removed import DryRunnable, Reason, RemovedPart, removal_row
 from .request import NamedCampaign
 
 if TYPE_CHECKING:
-    from ....ingest.folder.new_folder import NewFolder
+    pass
 
 _SHOWN = {"form": "It changes nothing; a page shows it."}
 
 
-class CampaignListing(Request):
-    """Nothing is asked of a list of campaigns."""
-
-
-def _list(_: CampaignListing, laboratory: Laboratory, __: Progress) -> Rows:
+def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
     from ....schema.listings import list_campaigns
 
     with laboratory.store.reading() as session:
@@ -47,9 +44,9 @@ def _list(_: CampaignListing, laboratory: Laboratory, __: Progress) -> Rows:
     return Rows(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
 
 
-CAMPAIGN_LIST: Operation[CampaignListing, Rows] = Operation(
+CAMPAIGN_LIST: Operation[Request, Rows] = Operation(
     name="campaign-list",
-    request=CampaignListing,
+    request=Request,
     run=_list,
     help="List the campaigns with their counts.",
     example="pyroshock campaigns list --sort -shots --columns name,kind,shots",
@@ -178,38 +175,24 @@ class CampaignStart(Request):
     )
 
 
-@dataclass(frozen=True)
-class StartedCampaign(Result):
-    """What was written."""
-
-    folder: Path
-    new: NewFolder
-
-    def notes(self) -> Sequence[str]:
-        """What was taken from the recordings, and what is to be filled in."""
-        return (
-            *(f"  {text}" for text in self.new.notes),
-            f"written: {self.folder / 'campaign.toml'} and {self.folder / 'runs.csv'}",
-            f"fill in what says FILL IN, then: pyroshock ingest {self.folder} --dry-run",
-        )
-
-    def to_json(self) -> dict[str, Any]:
-        """Folder, and the notes of its making."""
-        return {"folder": str(self.folder), "notes": list(self.new.notes)}
-
-
-def _start(request: CampaignStart, laboratory: Laboratory, _: Progress) -> StartedCampaign:
+def _start(request: CampaignStart, laboratory: Laboratory, _: Progress) -> Outcome:
     from .service import start_campaign
 
     new = start_campaign(
         laboratory.store, request.folder, request.kind, request.plan, request.recordings
     )
-    return StartedCampaign(request.folder, new)
+    folder = request.folder
+    lines = (
+        *(f"  {text}" for text in new.notes),
+        f"written: {folder / 'campaign.toml'} and {folder / 'runs.csv'}",
+        f"fill in what says FILL IN, then: pyroshock ingest {folder} --dry-run",
+    )
+    return Outcome(lines, {"folder": str(folder), "notes": list(new.notes)})
 
 
 _WRITES_HERE = "It writes into a folder of the machine that it runs on."
 
-CAMPAIGN_INIT: Operation[CampaignStart, StartedCampaign] = Operation(
+CAMPAIGN_INIT: Operation[CampaignStart, Outcome] = Operation(
     name="campaign-init",
     request=CampaignStart,
     run=_start,

@@ -13,7 +13,7 @@ from ....doe.plans import StoredPlan, list_plans, read_plan
 from ...common.plan_tables import plan_as_json, run_counts, settings_in_si
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Request, Result, ResultTable, Rows
+from ..operation import Operation, Outcome, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
 
 #: The name of a stored plan, as the first word behind the command.
@@ -21,19 +21,15 @@ PlanName = Annotated[str, Field(min_length=1, max_length=1000)]
 NAMED = Presentation(positional=True, completion="plan_names")
 
 
-class PlanListing(Request):
-    """Nothing is asked of a list of plans."""
-
-
-def _list(_: PlanListing, laboratory: Laboratory, __: Progress) -> Rows:
+def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
     with laboratory.store.reading() as session:
         rows = list_plans(session)
     return Rows(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
 
 
-PLAN_LIST: Operation[PlanListing, Rows] = Operation(
+PLAN_LIST: Operation[Request, Rows] = Operation(
     name="plan-list",
-    request=PlanListing,
+    request=Request,
     run=_list,
     help="List the plans with their counts of runs.",
     example="pyroshock plan list",
@@ -106,37 +102,19 @@ PLAN_STATUS: Operation[NamedPlan, PlanStatus] = Operation(
 )
 
 
-@dataclass(frozen=True)
-class DeletedPlan(Result):
-    """What was deleted."""
-
-    name: str
-    runs: int
-
-    def notes(self) -> Sequence[str]:
-        """The plan, and the number of its runs."""
-        return (f"plan {self.name} is deleted with its {self.runs} runs",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Name, and number of runs."""
-        return {"name": self.name, "runs": self.runs}
-
-    def address(self) -> str:
-        """The list of plans."""
-        return "/plans"
-
-
 def _unused(request: NamedPlan, laboratory: Laboratory) -> str:
     with laboratory.store.reading() as session:
         check_plan_unused(session, request.name)
     return f"plan {request.name}"
 
 
-def _delete(request: NamedPlan, laboratory: Laboratory, _: Progress) -> DeletedPlan:
-    return DeletedPlan(request.name, delete_plan(laboratory.store, request.name))
+def _delete(request: NamedPlan, laboratory: Laboratory, _: Progress) -> Outcome:
+    runs = delete_plan(laboratory.store, request.name)
+    line = f"plan {request.name} is deleted with its {runs} runs"
+    return Outcome((line,), {"name": request.name, "runs": runs}, "/plans")
 
 
-PLAN_DELETE: Operation[NamedPlan, DeletedPlan] = Operation(
+PLAN_DELETE: Operation[NamedPlan, Outcome] = Operation(
     name="plan-delete",
     request=NamedPlan,
     run=_delete,

@@ -4,7 +4,6 @@ registered models can be loaded from the files that were registered."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sqlalchemy.orm import Session
@@ -78,25 +77,24 @@ def lost_models(session: Session, registry: Registry) -> Iterator[IntegrityFindi
         yield IntegrityFinding("models", what, CURE, {"model": row.label})
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What to look at: `fast` leaves out what every byte must be read for, `campaign` all that is
-    not its own."""
-
-    campaign: str | None = None
-    fast: bool = False
-
-
 def findings_of(
-    store: Store, url: str, wanted: Wanted, progress: Progress | None = None
+    store: Store,
+    url: str,
+    campaign: str | None = None,
+    *,
+    fast: bool = False,
+    progress: Progress | None = None,
 ) -> Iterator[IntegrityFinding]:
-    """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an
-    unknown campaign."""
+    """What is wrong with the store at `url`; nothing for a sound one.
+
+    `fast` leaves out what every byte must be read for, `campaign` all that is not its own. Raises
+    `LookupError` for an unknown campaign.
+    """
     with store.reading() as session:
-        key = None if wanted.campaign is None else get_campaign_id(session, wanted.campaign)
-        chosen = checks(fast=wanted.fast, of_a_campaign=key is not None)
+        key = None if campaign is None else get_campaign_id(session, campaign)
+        chosen = checks(fast=fast, of_a_campaign=key is not None)
         yield from iter_findings(session.connection(), chosen, key, progress)
-        if wanted.fast or key is not None:
+        if fast or key is not None:
             return
         yield from damaged_datasets(session)
         registry = registry_of(url)

@@ -10,7 +10,17 @@ from urllib.parse import quote
 
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Output, Progress, Request, Result, ResultTable, Rows
+from ..operation import (
+    FormPage,
+    Operation,
+    Outcome,
+    Output,
+    Progress,
+    Request,
+    Result,
+    ResultTable,
+    Rows,
+)
 from ..sentence import Number, Sentence, sentence
 from .service import FrozenDataset
 
@@ -19,10 +29,6 @@ if TYPE_CHECKING:
     from ...figures.figure import Figure
 
 _READING = "its page is the answer itself, which an address shows"
-
-
-class DatasetListing(Request):
-    """All datasets."""
 
 
 class NamedDataset(Request):
@@ -145,7 +151,7 @@ class PulseOrigin(Result):
         return self.origin
 
 
-def _list(_: DatasetListing, laboratory: Laboratory, __: Progress) -> DatasetList:
+def _list(_: Request, laboratory: Laboratory, __: Progress) -> DatasetList:
     from ....dataset.catalog import list_snapshots, list_withdrawals
 
     with laboratory.store.reading() as session:
@@ -174,25 +180,6 @@ def _trace(request: DatasetTracing, laboratory: Laboratory, _: Progress) -> Puls
         return PulseOrigin(asdict(trace(session, snapshot, request.key)))
 
 
-@dataclass(frozen=True)
-class DeletedDataset(Result):
-    """What was deleted."""
-
-    name: str
-
-    def notes(self) -> Sequence[str]:
-        """The dataset."""
-        return (f"dataset {self.name} is deleted",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Its name."""
-        return {"name": self.name}
-
-    def address(self) -> str:
-        """The list of datasets."""
-        return "/datasets"
-
-
 def _unused(request: NamedDataset, laboratory: Laboratory) -> str:
     from .deletion import check_dataset_unused
 
@@ -200,11 +187,12 @@ def _unused(request: NamedDataset, laboratory: Laboratory) -> str:
     return f"dataset {request.name}"
 
 
-def _delete(request: NamedDataset, laboratory: Laboratory, _: Progress) -> DeletedDataset:
+def _delete(request: NamedDataset, laboratory: Laboratory, _: Progress) -> Outcome:
     from .deletion import delete_dataset
 
     delete_dataset(laboratory.store, laboratory.db, request.name)
-    return DeletedDataset(request.name)
+    data = {"name": request.name}
+    return Outcome((f"dataset {request.name} is deleted",), data, "/datasets")
 
 
 def _export(request: NamedDataset, laboratory: Laboratory, _: Progress) -> FrozenDataset:
@@ -227,7 +215,7 @@ def _plot(shown: ShownDataset, path: Path) -> None:
 
 DATASET_LIST = Operation(
     name="dataset-list",
-    request=DatasetListing,
+    request=Request,
     run=_list,
     help="List the datasets with their name, hash, pulses and campaigns.",
     example="pyroshock dataset list",

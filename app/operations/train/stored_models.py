@@ -11,7 +11,17 @@ from pydantic import Field
 
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Lines, Operation, Output, Progress, Request, Result, ResultTable
+from ..operation import (
+    FormPage,
+    Lines,
+    Operation,
+    Outcome,
+    Output,
+    Progress,
+    Request,
+    Result,
+    ResultTable,
+)
 from ..sentence import Sentence
 from .promote import NamedVersion
 
@@ -133,25 +143,6 @@ def _plot(shown: ModelVersion, path: Path) -> None:
     write_figure(shown.figures()[0], path)
 
 
-@dataclass(frozen=True)
-class DeletedModel(Result):
-    """What was deleted."""
-
-    label: str
-
-    def notes(self) -> Sequence[str]:
-        """The version."""
-        return (f"model {self.label} is deleted",)
-
-    def to_json(self) -> dict[str, Any]:
-        """Its name."""
-        return {"model": self.label}
-
-    def address(self) -> str:
-        """The list of models."""
-        return "/models"
-
-
 class DeletedVersion(NamedVersion):
     """A version that is to be deleted."""
 
@@ -165,40 +156,24 @@ def _unused(request: DeletedVersion, laboratory: Laboratory) -> str:
     return f"model {unused_version(laboratory.db, request.label).label}"
 
 
-def _delete(request: DeletedVersion, laboratory: Laboratory, _: Progress) -> DeletedModel:
+def _delete(request: DeletedVersion, laboratory: Laboratory, _: Progress) -> Outcome:
     from .deletion import delete_version
 
-    return DeletedModel(delete_version(laboratory.db, request.label).label)
+    label = delete_version(laboratory.db, request.label).label
+    return Outcome((f"model {label} is deleted",), {"model": label}, "/models")
 
 
-class Recovery(Request):
-    """Nothing is asked of a recovery."""
-
-
-@dataclass(frozen=True)
-class RecoveredModels(Result):
-    """What became of each version that the registry had lost."""
-
-    outcomes: tuple[tuple[str, str], ...]
-
-    def notes(self) -> Sequence[str]:
-        """A line for each version."""
-        if not self.outcomes:
-            return ("nothing is lost: the registry has every version that the store lists",)
-        return tuple(f"{label} {outcome}" for label, outcome in self.outcomes)
-
-    def to_json(self) -> list[dict[str, Any]]:
-        """A row for each version."""
-        return [{"model": label, "outcome": outcome} for label, outcome in self.outcomes]
-
-
-def _recover(_: Recovery, laboratory: Laboratory, __: Progress) -> RecoveredModels:
+def _recover(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from ...common.model_registry import models_extra, registry_of
     from ...common.registered_models import recover_lost
 
     with models_extra():
         registry = registry_of(laboratory.db)
-        return RecoveredModels(tuple(recover_lost(laboratory.store, registry)))
+        outcomes = tuple(recover_lost(laboratory.store, registry))
+    lines = tuple(f"{label} {outcome}" for label, outcome in outcomes)
+    nothing = "nothing is lost: the registry has every version that the store lists"
+    data = [{"model": label, "outcome": outcome} for label, outcome in outcomes]
+    return Outcome(lines or (nothing,), data)
 
 
 MODEL_SHOW = Operation(
@@ -242,7 +217,7 @@ pyroshock models delete linear@1 --yes""",
 )
 MODEL_RECOVER = Operation(
     name="model-recover",
-    request=Recovery,
+    request=Request,
     run=_recover,
     help="""Register the surviving files of versions again that the store lists and the registry has
     lost.

@@ -117,6 +117,7 @@ ASKED: dict[str, Any] = {
         )
         for kind in ("ingest", "check")
     },
+    "db-check": KINDS["db-check"].read({"campaign": HAMMER, "fast": True}),
     "archive": KINDS["archive"].read({"campaign": HAMMER, "reason": "the bench was rebuilt"}),
     "extract": KINDS["extract"].read(
         {"campaign": HAMMER, "segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}

@@ -41,7 +41,8 @@ def main() -> None:
     models = "models" in sys.argv
     for module in (*IMPORTS, *(OF_MODELS if models else ())):
         importlib.import_module(module)
-    from pyroshock.app.doors.command_line.main import COMMANDS, main
+    from pyroshock.app.doors.command_line.main import main
+    from pyroshock.app.operations.command_words import COMMANDS
 
     for name in COMMANDS:
         main.get_command(None, name)  # it looks a name up

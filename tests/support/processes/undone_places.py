@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pyroshock.app.operations.store.check import Wanted, findings_of
+from pyroshock.app.operations.store.check import findings_of
 from pyroshock.schema.provenance import Tombstone
 from sqlalchemy import select
 
@@ -48,7 +48,7 @@ class UndonePlace:
 
     def look(self) -> None:
         with opened(self.url) as store:
-            assert list(findings_of(store, self.url, Wanted())) == []
+            assert list(findings_of(store, self.url)) == []
         state = state_of(self.url)
         assert state in (self.before, self.after), "neither before nor after"
 
