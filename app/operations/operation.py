@@ -58,12 +58,14 @@ class Request(BaseModel):
 class ResultTable:
     """Rows of a result. Keys are names of quantities with their SI unit at the end, or words.
 
-    `empty` is what stands in the place of a table without rows.
+    `empty` is what stands in the place of a table without rows. The command prints an `upright`
+    table, which has few rows, with a line for each column.
     """
 
     title: str
     rows: Sequence[Mapping[str, Any]]
     empty: str = "none"
+    upright: bool = False
 
 
 @dataclass(frozen=True)
@@ -259,6 +261,8 @@ class Operation(Generic[Asked, Answer]):
     processes: str = ""
     #: Reads or writes files of the machine that it was asked on, to which its job is bound.
     on_this_machine: bool = False
+    #: Writes texts into CSV, which a spreadsheet may take for formulas.
+    writes_csv: bool = False
     #: Its answer is stored nowhere: the page that answers its form shows it.
     answered_here: bool = False
     #: Uploaded files stay after its job, for another operation.

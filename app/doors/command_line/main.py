@@ -40,18 +40,18 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "List impacts with their figures; show or delete one.",
         ),
         "shots": (
-            ".app.doors.commands.impact_records",
-            "shots",
+            ".app.operations.impacts.listing",
+            "SHOT_LIST",
             "List the shots of the gun beside the velocity of the model.",
         ),
         "show": (
-            ".app.doors.commands.impact_records",
-            "show",
+            ".app.operations.impacts.showing",
+            "IMPACT_SHOW",
             "Show one impact, and draw its record and pulse.",
         ),
         "srs": (
-            ".app.doors.commands.spectra",
-            "srs",
+            ".app.operations.impacts.recording_spectrum",
+            "SRS",
             "Compute the shock response spectrum of any recording.",
         ),
         "extract": (
@@ -156,8 +156,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
             "Write a campaign, a diagnosis or a model as one page or PDF.",
         ),
         "export": (
-            ".app.doors.commands.impact_records",
-            "export",
+            ".app.operations.impacts.table_export",
+            "EXPORT",
             "Write impacts, shots, pulses or series to a file.",
         ),
         "query": (".app.doors.commands.query", "query", "Ask the store a question in SQL."),

@@ -7,6 +7,7 @@ fields, so that a new operation is tested as soon as it has a row in `EXAMPLES`.
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -21,7 +22,7 @@ from pyroshock.app.doors.python import PythonMethod
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.faults import bare, bounds, read
-from pyroshock.app.operations.fields import TextFile, presentation_of
+from pyroshock.app.operations.fields import RecordedFile, TextFile, presentation_of
 from pyroshock.app.operations.form import form_page, text_of
 from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
@@ -40,6 +41,11 @@ from support.stores.web_stores import DATASET, HAMMER, filled_lab
 
 __all__ = ["filled_lab"]
 
+#: A half sine, as CSV.
+RECORD = "time_s,acc\n" + "".join(
+    f"{sample / 10_000:g},{100 * max(math.sin(sample / 20), 0) * (sample < 200):g}\n"
+    for sample in range(400)
+)
 _SPRING = {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
 #: A request that can be answered, of each operation. {folder} is a new one for each door.
 EXAMPLES: dict[str, dict[str, Any]] = {
@@ -82,6 +88,20 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "run-list": {"campaign": "shelf"},
     "run-show": {"campaign": "shelf", "recording": recording_name(1)},
     "run-discard": {"campaign": "shelf", "recording": recording_name(2), "reason": "loose plate"},
+    "impact-list": {"campaign": "shelf", "where": ("peak_force_n>0",), "limit": 3},
+    "impact-show": {"impact": 1},
+    "impact-delete": {"impact": 2, "all_of_recording": True, "reason": "loose plate"},
+    "impact-preview": {"impact": 1, "threshold": 0.02},
+    "impact-extract": {"impact": 1, "threshold": 0.02},
+    "channel-window": {"channel": 1, "points": 40},
+    "shot-list": {},
+    "srs": {"file": RECORD, "unit": "g", "frequencies": "100,500", "full_scale": "500g"},
+    "series-spectrum": {
+        "acceleration_m_s2": (0.0, 1.0, 0.0, -1.0),
+        "sampling_rate_hz": 100.0,
+        "frequency_hz": (10.0,),
+    },
+    "spectra": {"impact": (1, 2), "q": 25},
     "calibrate": {
         "file": "reference,reading_v\n0,0.3626\n1,0.9248\n2,1.4862\n3,2.0491\n",
         "date": "2026-03-02",
@@ -101,7 +121,8 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
     **{
         name: [("ingest", {"path": "{campaign}"})]
         for name in EXAMPLES
-        if name.startswith(("extract", "campaign-", "run-")) and name != "campaign-init"
+        if name.startswith(("extract", "campaign-", "run-", "impact-", "channel-", "spectra"))
+        and name != "campaign-init"
     },
     "deleted-list": [
         ("ingest", {"path": "{campaign}"}),
@@ -122,7 +143,15 @@ DIAGNOSED = {"diagnose", "plan-next-runs", "adopt", "blind-check"} | {
 ANSWERED_ELSEWHERE = {"tune", "validate"}
 #: Answered with the tests of pages, files and removal: a single door has them, or a door names a
 #: file that the others may not.
-ANSWERED_ELSEWHERE |= {"check", "campaign-page", "standing", "archive", "restore", "run-replace"}
+ANSWERED_ELSEWHERE |= {
+    "export",
+    "check",
+    "campaign-page",
+    "standing",
+    "archive",
+    "restore",
+    "run-replace",
+}
 #: What an answer says of the moment, and not of what was asked.
 _OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at", "deleted_at"}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
@@ -340,7 +369,8 @@ def _answer(
     if door == "command":
         words: list[str | Path] = ["--db", library.url] if declared.uses_store else []
         for key, part in values.items():
-            if bare(variant(declared, values).model_fields[key].annotation) is TextFile:
+            kind = bare(variant(declared, values).model_fields[key].annotation)
+            if kind in (TextFile, RecordedFile):
                 table = folder / "table.csv"
                 table.write_text(part, encoding="utf-8")
                 values = {**values, key: str(table)}
