@@ -106,10 +106,10 @@ class ExperimentStore:
         from ..operations.impacts.service import impacts_frame, with_absent_factors
 
         values = {"campaign": campaign, "where": where, "limit": limit}
-        asked = read(SelectedRows, values, "python")
+        selection = read(SelectedRows, values, "python")
         named = [*(columns or ()), *([] if sort is None else [sort.removeprefix("-")])]
         with self.store.reading() as session:
-            conditions = asked.conditions()
+            conditions = selection.conditions()
             frame = impacts_frame(session, campaign, conditions, limit if sort is None else None)
             frame = with_absent_factors(session, frame, named)
         frame = sorted_by(frame, sort)

@@ -252,18 +252,7 @@ def _recorded_file(value: Any, info: ValidationInfo) -> Any:
 Recorded = Annotated[
     RecordedFile,
     BeforeValidator(_recorded_file),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "string"},
-                {
-                    "type": "object",
-                    "properties": {"name": {"type": "string"}, "content": {"type": "string"}},
-                    "required": ["name", "content"],
-                },
-            ]
-        }
-    ),
+    WithJsonSchema({"type": ["string", "object"]}),
 ]
 
 

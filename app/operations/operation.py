@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, Generic, Literal
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from typing_extensions import TypeVar
 
+from ..common.number_format import finite
+
 if TYPE_CHECKING:
     from ..figures.figure import Figure
     from .laboratory import Laboratory
@@ -150,6 +152,17 @@ class Result:
     def next_command_with(self, _others: Sequence[Any]) -> Sequence[str]:
         """The same after a command with several values, which had answers of the same kind, too."""
         return self.next_command()
+
+
+@dataclass(frozen=True)
+class PlainData(Result):
+    """An answer for other programs alone, as plain data."""
+
+    values: Any
+
+    def to_json(self) -> Any:
+        """The data; numbers that JSON has not (NaN) become null."""
+        return finite(self.values)
 
 
 @dataclass(frozen=True)

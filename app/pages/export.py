@@ -55,11 +55,11 @@ def export(
         field, fault = "format", f"{format!r} is no format; expected one of {', '.join(FORMATS)}"
     elif what:
         try:
-            asked = read(TableExport, {"what": what, "campaign": name, "where": where}, "network")
+            table = read(TableExport, {"what": what, "campaign": name, "where": where}, "network")
 
             def write(out: Path) -> None:
                 with guarding(spreadsheet_guard):
-                    placed = asked.model_copy(update={"out": out})
+                    placed = table.model_copy(update={"out": out})
                     EXPORT.answer(placed, Laboratory(store, settings.db), lambda *_: None)
 
             return _saved(write, f"{name}-{what}.{format}")

@@ -3,6 +3,7 @@ an ingest stores."""
 
 from __future__ import annotations
 
+import io
 import json
 from base64 import b64encode
 
@@ -18,7 +19,7 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.channel import Sensor
 from pyroshock.signals.shock_figures import shock_figures, summary_lines
-from support.processes.web_client import post_json, window
+from support.processes.web_client import post_json, token, window
 from support.stores.recorded import add_recording
 
 RATE = 50_000.0
@@ -113,6 +114,18 @@ def test_an_offset_changes_no_line_and_is_told(record, doors):
     for wrong in ("5ms", "40ms:5ms", "5:40"):
         with pytest.raises(ps.InvalidValueError, match="rest is"):
             ps.srs(record, RATE, rest=wrong)
+
+
+def test_an_uploaded_file_is_answered_with_its_spectrum_and_its_record(record, tmp_path):
+    content = io.BytesIO()
+    np.savez(content, fs=RATE, acc_m_s2=record)
+    with window(f"sqlite:///{tmp_path / 'window.db'}", works=False) as (client, _):
+        form = {"frequencies": "100,1000", "csrf": token(client)}
+        sent = [("file.file", ("shot.npz", content.getvalue()))]
+        answer = client.post("/ask/srs", data=form, files=sent)
+    spectrum = ps.srs(record, RATE, frequencies=[100.0, 1000.0])
+    assert answer.status_code == 200 and 'id="figure-1-2"' in answer.text
+    assert f"{spectrum.iloc[1] / 9.80665:.4g}" in answer.text
 
 
 def test_a_record_of_several_hits_asks_which(tmp_path):

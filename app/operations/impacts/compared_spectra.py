@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import Field
+from typing import TYPE_CHECKING, Any
 
 from ...common.number_format import finite, percent
-from ..fields import Keys, Presentation, request_field, text_file
+from ..fields import Keys, Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Request, Result, ResultTable
-from .recording_spectrum import MOST_TARGET_BYTES
+from ..operation import Operation, Output, Progress, Result, ResultTable
+from .recording_spectrum import SIDES, SpectrumChoice
 from .showing import write_first_figure
 
 if TYPE_CHECKING:
-    from ....twin.srs.target import Target
     from ...figures.figure import Figure
     from .overlays import SpectrumOverlay
 
-_SIDES = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s")
 
-
-class SpectrumComparing(Request):
+class SpectrumComparing(SpectrumChoice):
     """Impacts whose spectra are compared."""
 
     impact: Keys = request_field(
@@ -32,34 +27,6 @@ class SpectrumComparing(Request):
         help="Give the numbers of the impacts.",
         presentation=Presentation(positional=True, metavar="IMPACT…"),
     )
-    channel: str | None = request_field(
-        None,
-        max_length=1000,
-        help="Take this channel. [default: every acceleration]",
-        presentation=Presentation(metavar="NAME"),
-    )
-    q: Annotated[float, Field(gt=0.5, le=1000)] = request_field(
-        10.0, help="Set Q of the oscillators of the spectra."
-    )
-    specification: text_file(MOST_TARGET_BYTES) | None = request_field(  # type: ignore[valid-type]
-        None,
-        help="Compare with the spectrum of a CSV file, with columns frequency_hz and level_g or "
-        "level_m_s2. [default: the mean of the spectra in decibels]",
-        presentation=Presentation(metavar="SPEC.csv", lines=8),
-    )
-    tolerance: str | None = request_field(
-        None,
-        max_length=100,
-        help="Set the tolerance of the specification, such as 6dB. [default: its own]",
-        presentation=Presentation(metavar="BAND"),
-    )
-
-    def target(self) -> Target | None:
-        """The specification. Raises `ValueError` for one that cannot be used."""
-        from .spectra import target_of_file
-
-        given = self.specification
-        return None if given is None else target_of_file(given, self.tolerance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +60,7 @@ class ComparedSpectra(Result):
         """All spectra, and the reference at its lines."""
         overlay = self.overlay
         rows = [
-            {**row, **{name: getattr(part.spectrum, name).tolist() for name in _SIDES}}
+            {**row, **{name: getattr(part.spectrum, name).tolist() for name in SIDES}}
             for row, part in zip(overlay.rows(), overlay.spectra, strict=True)
         ]
         reference = {
@@ -115,7 +82,7 @@ def _compare(request: SpectrumComparing, laboratory: Laboratory, _: Progress) ->
     target = request.target()
     with laboratory.store.reading() as session:
         overlay = spectrum_overlay(
-            session, request.impact, request.channel, q=request.q, specification=target
+            session, request.impact, request.channel, q=request.q or 10.0, specification=target
         )
     return ComparedSpectra(overlay)
 

@@ -40,7 +40,7 @@ class PreviewedPulse(Result):
 
 
 @dataclass(frozen=True)
-class ExtractedRecording(ExtractedPulses):
+class ExtractedImpact(ExtractedPulses):
     """What changed with the recording of an impact."""
 
     impact: int
@@ -77,12 +77,12 @@ def _preview(request: PulseExtraction, laboratory: Laboratory, _: Progress) -> P
     return PreviewedPulse(preview_curve(pulse, settings))
 
 
-def _extract(request: PulseExtraction, laboratory: Laboratory, _: Progress) -> ExtractedRecording:
+def _extract(request: PulseExtraction, laboratory: Laboratory, _: Progress) -> ExtractedImpact:
     from ....ingest.storing.reextraction import reextract_recording
 
     recording = _recording(request, laboratory)
     report = reextract_recording(laboratory.store, recording, request.settings())
-    return ExtractedRecording(report, request.impact)
+    return ExtractedImpact(report, request.impact)
 
 
 _PAGE = "/impacts/{impact}?preview=true&" + "&".join(
@@ -100,7 +100,7 @@ stored.""",
     route=("POST", "/impacts/{impact}/preview"),
     absent={"form": "It changes nothing; the page of the impact draws it beside the pulse in use."},
 )
-IMPACT_EXTRACT: Operation[PulseExtraction, ExtractedRecording] = Operation(
+IMPACT_EXTRACT: Operation[PulseExtraction, ExtractedImpact] = Operation(
     name="impact-extract",
     request=PulseExtraction,
     run=_extract,

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 
 from ...common.frames import parse_quantity
-from ...common.number_format import finite
 from ..fields import Names, Presentation, Recorded, quantity, request_field, text_file
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Request, Result, ResultTable
+from ..operation import Operation, Output, PlainData, Progress, Request, Result, ResultTable
 from .showing import write_first_figure
 
 if TYPE_CHECKING:
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
     from .spectra import MeasuredSpectrum
 
 _Q = Annotated[float, Field(gt=0.5)]
-#: A specification may have so many bytes.
-MOST_TARGET_BYTES = 262_144
 
 
 def _rate(value: Any, info: ValidationInfo) -> Any:
@@ -55,20 +52,64 @@ def _rest(text: str, info: ValidationInfo) -> str:
     return text
 
 
-Rest = Annotated[str, Field(max_length=60), AfterValidator(_rest)]
+class SpectrumChoice(Request):
+    """The channel, the oscillators, and what spectra are held against."""
 
-
-class RecordingSpectrum(Request):
-    """A recording in a file, and how its spectrum is computed."""
-
-    file: Recorded = request_field(
-        help="Give the recording.", presentation=Presentation(positional=True, metavar="FILE")
-    )
     channel: str | None = request_field(
         None,
         max_length=1000,
-        help="Name the channel. [default: the only acceleration]",
+        help="Name the channel. [default: every acceleration; of a file, the only one]",
         presentation=Presentation(metavar="NAME"),
+    )
+    q: _Q | None = request_field(
+        None, help="Set Q of the oscillators of the spectrum. [default: 10]"
+    )
+    specification: text_file(262_144) | None = request_field(  # type: ignore[valid-type]
+        None,
+        help="Compare with the spectrum of a CSV file, with columns frequency_hz and level_g or "
+        "level_m_s2.",
+        presentation=Presentation(metavar="SPEC.csv", lines=8, option="target"),
+    )
+    tolerance: str | None = request_field(
+        None,
+        max_length=100,
+        help="Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: nasa-std-7003, "
+        "mil-std-810h-517, ecss-e-hb-32-25a. [default: that of the target, else nasa-std-7003]",
+        presentation=Presentation(metavar="BAND"),
+    )
+
+    def target(self) -> Target | None:
+        """The specification. Raises `ValueError` for one that cannot be used."""
+        from .spectra import target_of_file
+
+        text = self.specification
+        return None if text is None else target_of_file(text, self.tolerance)
+
+
+class RecordPart(Request):
+    """What of a record a spectrum is made of."""
+
+    rest: Annotated[str, Field(max_length=60), AfterValidator(_rest)] | None = request_field(
+        None,
+        help="Take the mean between two times (0ms:5ms) for the zero of the record, or zero as it "
+        "was recorded (none). [default: the rest before the shock, where there is one]",
+        presentation=Presentation(metavar="none|FROM:TO"),
+    )
+    hit: str | None = request_field(
+        None,
+        max_length=20,
+        help="Choose one hit of a record that holds several, or take the record as one shock "
+        "(whole).",
+        presentation=Presentation(metavar="N|whole"),
+    )
+
+
+class RecordingSpectrum(SpectrumChoice, RecordPart):
+    """A recording in a file, and how its spectrum is computed."""
+
+    file: Recorded = request_field(
+        help="Give the recording; a text is that of a CSV file.",
+        presentation=Presentation(positional=True, metavar="FILE", label="Recording"),
     )
     unit: str | None = request_field(
         None,
@@ -100,41 +141,12 @@ class RecordingSpectrum(Request):
         "octave]",
         presentation=Presentation(metavar="LINES"),
     )
-    q: _Q | None = request_field(
-        None, help="Set Q of the oscillators of the spectrum. [default: 10]"
-    )
     damping: Annotated[float, Field(gt=0, lt=1)] | None = request_field(
         None, help="Give the damping ratio in place of Q, such as 0.05."
-    )
-    target: text_file(MOST_TARGET_BYTES) | None = request_field(  # type: ignore[valid-type]
-        None,
-        help="Compare with the spectrum of a CSV file, with columns frequency_hz and level_g or "
-        "level_m_s2.",
-        presentation=Presentation(metavar="SPEC.csv", lines=8),
-    )
-    tolerance: str | None = request_field(
-        None,
-        max_length=100,
-        help="Set the tolerance: 6dB, +9/-6dB, or the whole rule of a standard: nasa-std-7003, "
-        "mil-std-810h-517, ecss-e-hb-32-25a. [default: that of the target, else nasa-std-7003]",
-        presentation=Presentation(metavar="BAND"),
     )
     resample: bool = request_field(
         True,
         help="Resample the record band-limited where its content requires it, or take it as it is.",
-    )
-    rest: Rest | None = request_field(
-        None,
-        help="Take the mean between two times (0ms:5ms) for the zero of the record, or zero as it "
-        "was recorded (none). [default: the rest before the shock, where there is one]",
-        presentation=Presentation(metavar="none|FROM:TO"),
-    )
-    hit: str | None = request_field(
-        None,
-        max_length=20,
-        help="Choose one hit of a record that holds several, or take the record as one shock "
-        "(whole).",
-        presentation=Presentation(metavar="N|whole"),
     )
     full_scale: quantity("m/s**2") | None = request_field(  # type: ignore[valid-type]
         None,
@@ -147,19 +159,13 @@ class RecordingSpectrum(Request):
     def _agrees(self) -> RecordingSpectrum:
         if self.q is not None and self.damping is not None:
             raise ValueError("--q and --damping say the same thing; expected one of them")
-        if self.tolerance is not None and self.target is None:
+        if self.tolerance is not None and self.specification is None:
             raise ValueError("--tolerance goes with --target SPEC.csv")
         return self
 
     def damping_ratio(self) -> float:
         """Of the oscillators."""
         return self.damping if self.damping is not None else 1 / (2 * (self.q or 10.0))
-
-    def specification(self) -> Target | None:
-        """What the spectrum is held against."""
-        from .spectra import target_of_file
-
-        return None if self.target is None else target_of_file(self.target, self.tolerance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +229,7 @@ def _measure(request: RecordingSpectrum, _: Laboratory, __: Progress) -> Measure
     from .record_choice import parse_rest
     from .spectra import measure, parse_lines, read_acceleration
 
-    specification = request.specification()
+    specification = request.target()
     reading = ReadingOptions(
         sampling_rate_hz=request.rate,
         harmless_fields=request.harmless_fields,
@@ -250,8 +256,6 @@ def _write(result: MeasuredRecording, path: Path) -> None:
 
     write_spectrum(result.measured, path)
 
-
-_OF_ARRAYS = "`pyroshock.srs` takes arrays, Series and DataFrames."
 
 SRS: Operation[RecordingSpectrum, MeasuredRecording] = Operation(
     name="srs",
@@ -282,11 +286,12 @@ not met.""",
 )
 
 
-_SIDES = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s")
+#: What a spectrum has beside its frequencies.
+SIDES = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s")
 _Reading = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
-class SeriesSpectrum(Request):
+class SeriesSpectrum(RecordPart):
     """An acceleration in m/s2 at a constant rate."""
 
     acceleration_m_s2: tuple[_Reading, ...] = request_field(
@@ -301,30 +306,9 @@ class SeriesSpectrum(Request):
     q: Annotated[_Q, Field(le=1000)] = request_field(
         10.0, help="Set Q of the oscillators of the spectrum."
     )
-    rest: Rest | None = request_field(
-        None,
-        help="Give the zero of the record: none, or two times as 0ms:5ms. [default: the rest "
-        "before the shock]",
-    )
-    hit: str | None = request_field(
-        None,
-        max_length=20,
-        help="Give the number of the hit of a record that holds several, or whole.",
-    )
 
 
-@dataclass(frozen=True)
-class SpectrumValues(Result):
-    """A spectrum as plain data."""
-
-    values: dict[str, Any]
-
-    def to_json(self) -> Any:
-        """In the form of `pyroshock srs --json`, without checks."""
-        return finite(self.values)
-
-
-def _of_series(request: SeriesSpectrum, _: Laboratory, __: Progress) -> SpectrumValues:
+def _of_series(request: SeriesSpectrum, _: Laboratory, __: Progress) -> PlainData:
     import numpy as np
 
     from ....signals.record_rest import without_rest
@@ -339,18 +323,18 @@ def _of_series(request: SeriesSpectrum, _: Laboratory, __: Progress) -> Spectrum
         record[samples], rate_hz, samples.start / rate_hz, parse_rest(request.rest, "rest")
     )
     spectrum = shock_response_spectrum(shock, rate_hz, lines, q=request.q)
-    return SpectrumValues(
+    return PlainData(
         {
             "unit": "m/s2",
             "frequency_hz": lines.tolist(),
-            **{name: getattr(spectrum, name).tolist() for name in (*_SIDES, "sampling_error")},
+            **{name: getattr(spectrum, name).tolist() for name in (*SIDES, "sampling_error")},
             "part": part,
             "rest": vars(removed),
         }
     )
 
 
-SERIES_SPECTRUM: Operation[SeriesSpectrum, SpectrumValues] = Operation(
+SERIES_SPECTRUM: Operation[SeriesSpectrum, PlainData] = Operation(
     name="series-spectrum",
     request=SeriesSpectrum,
     run=_of_series,
@@ -360,6 +344,6 @@ SERIES_SPECTRUM: Operation[SeriesSpectrum, SpectrumValues] = Operation(
     absent={
         "command": "`pyroshock srs` takes a file.",
         "form": "A page takes a file: /ask/srs.",
-        "python": _OF_ARRAYS,
+        "python": "`pyroshock.srs` takes arrays, Series and DataFrames.",
     },
 )

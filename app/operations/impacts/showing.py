@@ -13,11 +13,10 @@ from ...common.number_format import finite
 from ...common.quantities import heading
 from ..fields import Key, Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Request, Result, ResultTable
+from ..operation import Operation, Output, PlainData, Progress, Request, Result, ResultTable
 
 if TYPE_CHECKING:
     from ...figures.figure import Figure, PlotGrid
-    from .signals import SignalWindow
 
 
 class NamedImpact(Request):
@@ -126,31 +125,18 @@ class ChannelSpan(Request):
     )
 
 
-@dataclass(frozen=True, eq=False)
-class ChannelSamples(Result):
-    """Samples of a channel, or the extremes of buckets."""
-
-    window: SignalWindow
-
-    def to_json(self) -> Any:
-        """In SI, with what was left out."""
-        window = self.window
-        arrays = {"time_s": window.time_s.tolist(), "values": window.values.tolist()}
-        return finite({**vars(window), **arrays})
-
-
-def _window(request: ChannelSpan, laboratory: Laboratory, _: Progress) -> ChannelSamples:
+def _window(request: ChannelSpan, laboratory: Laboratory, _: Progress) -> PlainData:
     from .signals import channel_window
 
     with laboratory.store.reading() as session:
-        return ChannelSamples(
-            channel_window(
-                session, request.channel, request.start_s, request.stop_s, request.points
-            )
+        window = channel_window(
+            session, request.channel, request.start_s, request.stop_s, request.points
         )
+    arrays = {"time_s": window.time_s.tolist(), "values": window.values.tolist()}
+    return PlainData({**vars(window), **arrays})
 
 
-CHANNEL_WINDOW: Operation[ChannelSpan, ChannelSamples] = Operation(
+CHANNEL_WINDOW: Operation[ChannelSpan, PlainData] = Operation(
     name="channel-window",
     request=ChannelSpan,
     run=_window,
