@@ -226,7 +226,9 @@ class RecordedFile(BaseModel):
             yield self.path
             return
         with tempfile.TemporaryDirectory(prefix="pyroshock-file-") as scratch:
-            path = Path(scratch) / (Path(self.name).name or "recording.csv")
+            # a sender chooses the name: it is neither a path nor longer than a disk takes
+            name = "".join(sign for sign in Path(self.name).name if sign.isprintable())
+            path = Path(scratch) / (name.strip(". ")[-60:] or "recording.csv")
             path.write_bytes(self.content)
             yield path
 
@@ -252,7 +254,7 @@ def _recorded_file(value: Any, info: ValidationInfo) -> Any:
 Recorded = Annotated[
     RecordedFile,
     BeforeValidator(_recorded_file),
-    WithJsonSchema({"type": ["string", "object"]}),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object"}]}),
 ]
 
 
