@@ -133,7 +133,8 @@ def _channel_charts(
 
 def _extraction(impact_view: Mapping[str, Any], sent: Mapping[str, str]) -> PulseExtraction:
     """What the address asks for; what it leaves open is as the version in use was extracted."""
-    used = next((pulse for pulse in impact_view["pulses"] if pulse["in_use"] == "yes"), {})
+    pulses: Sequence[Mapping[str, Any]] = impact_view["pulses"]
+    used = next((pulse for pulse in pulses if pulse["in_use"] == "yes"), {})
     stated = {name: text for name, text in sent.items() if text}
     values = {
         name: part
@@ -296,7 +297,7 @@ def spectra(
     impacts: Annotated[str, Query(max_length=2000)] = "",
     sides: bool = False,
 ) -> Response:
-    sent = {
+    sent: dict[str, Any] = {
         name: request.query_params.get(name, "")
         for name in ("channel", "q", "specification", "tolerance")
     }
