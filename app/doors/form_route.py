@@ -12,7 +12,8 @@ from starlette.requests import Request as HttpRequest
 from starlette.responses import RedirectResponse, Response
 
 from ..operations.faults import Fault, RequestError, read
-from ..operations.form import controls, form_page, read_form
+from ..operations.fields import RecordedFile
+from ..operations.form import FILE, controls, form_page, is_recording, read_form
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
 from ..web.dependencies import InLaboratory, Running
@@ -27,6 +28,7 @@ _MOST_BYTES = 2_000_000
 async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
     """The texts of each control and of each file that was sent, and what the address holds."""
     texts: dict[str, list[str]] = {}
+    http.state.uploads = {}
     async with http.form() as form:
         for name, value in form.multi_items():
             if isinstance(value, UploadFile):
@@ -35,6 +37,9 @@ async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
                     words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
                     raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
                 texts[name] = [content.decode("utf-8-sig", "replace")]
+                if value.filename:
+                    uploaded = RecordedFile(name=value.filename, content=content)
+                    http.state.uploads[name.removesuffix(FILE)] = uploaded
             else:
                 texts.setdefault(name, []).append(value)
     return texts | {name: [text] for name, text in in_address(http).items()}
@@ -53,7 +58,12 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
         laboratory: InLaboratory,
         running: Running,
     ) -> Response:
-        request = read_form(operation, texts, laboratory.folders or ())
+        files = {
+            name: uploaded
+            for name, uploaded in http.state.uploads.items()
+            if is_recording(operation, name)
+        }
+        request = read_form(operation, texts, laboratory.folders or (), files)
         if operation.long:
             return followed(ask_operation(operation, request, laboratory, running))
         if operation.check is not None:
@@ -62,6 +72,8 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
 
     def tell(http: HttpRequest, request: Request, laboratory: Laboratory) -> Response:
         answer = operation.answer(request, laboratory, lambda _done, _total, _what: None)
+        if fault := answer.fault():
+            raise ValueError(fault)
         if operation.answered_here:
             return page(http, "answer.html", operation=operation, answer=answer)
         return RedirectResponse(answer.address(), 303)

@@ -20,6 +20,7 @@ from ..operations.diagnose.make import DIAGNOSE
 from ..operations.diagnose.request import DiagnosisRequest
 from ..operations.diagnose.show import SHOW_DIAGNOSIS
 from ..operations.faults import read
+from ..operations.impacts.listing import SHOT_LIST, SelectedRows
 from ..operations.ingest.extract import EXTRACT, Extraction
 from ..operations.ingest.folder import INGEST
 from ..operations.ingest.request import FolderIngest
@@ -105,10 +106,12 @@ class ExperimentStore:
         """
         from ..operations.impacts.service import impacts_frame, with_absent_factors
 
-        _check_limit(limit)
+        values = {"campaign": campaign, "where": where, "limit": limit}
+        selection = read(SelectedRows, values, "python")
         named = [*(columns or ()), *([] if sort is None else [sort.removeprefix("-")])]
         with self.store.reading() as session:
-            frame = impacts_frame(session, campaign, where, limit if sort is None else None)
+            conditions = selection.conditions()
+            frame = impacts_frame(session, campaign, conditions, limit if sort is None else None)
             frame = with_absent_factors(session, frame, named)
         frame = sorted_by(frame, sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
@@ -126,16 +129,11 @@ class ExperimentStore:
         """Shots of the gun with their measured velocity and that of the nominal model: as
         `pyroshock shots`."""
         from ...schema.conditions import SHOT_COLUMNS
-        from ...schema.listings import iter_shots
-        from ..common.filters import parse_where
-        from ..common.nominal_velocity import with_predictions
 
-        _check_limit(limit)
-        conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
         listed = ("campaign", *SHOT_COLUMNS, "predicted_velocity_m_s")
-        with self.store.reading() as session:
-            rows = iter_shots(session, campaign, conditions)
-            frame = sorted_by(frame_of(with_predictions(session, rows), listed), sort)
+        read(SelectedRows, {"limit": limit}, "python")
+        shots = self._ask(SHOT_LIST, campaign=campaign, where=where)
+        frame = sorted_by(frame_of(shots.rows, listed), sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
 
     @raises_library_errors
@@ -451,11 +449,6 @@ def open_experiment_store(
 
     url = os.fspath(address)
     return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
-
-
-def _check_limit(limit: int | None) -> None:
-    if limit is not None and limit < 1:
-        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
 
 
 def _names(given: str | Sequence[str]) -> tuple[str, ...]:

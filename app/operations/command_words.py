@@ -10,7 +10,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "campaigns": "List the campaigns; begin, show, delete, archive or restore one.",
         "ingest": "Read campaign folders into the store.",
         "runs": "List the recordings of a campaign; show, discard or replace one.",
-        "impacts": "List impacts with their figures; show or delete one.",
+        "impacts": "List impacts with their figures; show, delete or compare some.",
         "shots": "List the shots of the gun beside the velocity of the model.",
         "show": "Show one impact, and draw its record and pulse.",
         "srs": "Compute the shock response spectrum of any recording.",
@@ -66,6 +66,8 @@ NOUNS = {
     "runs": "pyroshock runs list rehearsal\n"
     "pyroshock runs show rehearsal recordings/0001-01.npz\n"
     'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run',
+    "impacts": 'pyroshock impacts --campaign rehearsal --where "peak_force_n>1000"\n'
+    "pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv",
     "materials": "pyroshock materials --columns name,density_kg_m3",
     "plan": "pyroshock plan lhs autumn --runs 12\n"
     "pyroshock plan sheet autumn --out autumn.html\n"

@@ -6,6 +6,8 @@ as its path on the command line and in Python, as its content over a network.
 
 from __future__ import annotations
 
+import base64
+import binascii
 import math
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -14,7 +16,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+)
 from pydantic.fields import FieldInfo
 
 #: Where the presentation of a field is kept in its JSON schema; the doors take it out again.
@@ -203,6 +212,54 @@ def _read_file(
     return TextFile(name=str(path), text=text, path=path)
 
 
+class RecordedFile(BaseModel):
+    """A file of any format: where it lies on this machine, or its content over a network."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    content: bytes = b""
+    path: Path | None = None
+
+    @contextmanager
+    def as_path(self) -> Iterator[Path]:
+        """The file, or one with the content and the ending of the name."""
+        if self.path is not None:
+            yield self.path
+            return
+        with tempfile.TemporaryDirectory(prefix="pyroshock-file-") as scratch:
+            # a sender chooses the name: it is neither a path nor longer than a disk takes
+            name = "".join(sign for sign in Path(self.name).name if sign.isprintable())
+            path = Path(scratch) / (name.strip(". ")[-60:] or "recording.csv")
+            path.write_bytes(self.content)
+            yield path
+
+
+def _recorded_file(value: Any, info: ValidationInfo) -> Any:
+    source, name = source_of(info), str(info.field_name)
+    if isinstance(value, RecordedFile) or value is None:
+        return value
+    if isinstance(value, str) and (source == "network" or (source == "python" and "\n" in value)):
+        return RecordedFile(name="recording.csv", content=value.encode())
+    if source != "network" and isinstance(value, str | Path):
+        return RecordedFile(name=Path(value).name, path=Path(value))
+    try:
+        content = base64.b64decode(value["content"], validate=True)
+        return RecordedFile(name=value["name"], content=content)
+    except (TypeError, KeyError, ValueError, binascii.Error) as error:
+        expected = 'the text of a CSV file, or {"name": "a.npz", "content": its bytes in base64}'
+        raise ValueError(f"{name} is {value!r:.80}; expected {expected}") from error
+
+
+#: A recording in a file: its path on the command line and in Python. Over a network it is the text
+#: of a CSV file, or a name with the bytes in base64; a form uploads it.
+Recorded = Annotated[
+    RecordedFile,
+    BeforeValidator(_recorded_file),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object"}]}),
+]
+
+
 # --- lists, points and pairs
 
 
@@ -238,6 +295,11 @@ Texts = Annotated[tuple[str, ...], BeforeValidator(_texts)]
 
 #: Names, as a list, as one text with commas, or repeated.
 Names = Annotated[tuple[str, ...], BeforeValidator(_names)]
+
+#: The number of a row of the store: what a database's integer holds.
+Key = Annotated[int, Field(ge=1, le=2**31 - 1)]
+#: Such numbers, as a list, as one text with commas, or repeated.
+Keys = Annotated[tuple[Key, ...], BeforeValidator(_names)]
 
 
 def _points(value: Any, info: ValidationInfo) -> Any:

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from .faults import Fault, RequestError, bare, bounds, expectation, read, read_variant
-from .fields import TextFile, presentation_of, spelling_of
+from .fields import RecordedFile, TextFile, presentation_of, spelling_of
 from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
@@ -108,7 +108,7 @@ def _control_kind(kind: Any, lines: int, has_unit: bool) -> str:
         return "checkbox"
     if get_origin(kind) is Literal:
         return "select"
-    if kind is TextFile:
+    if kind in (TextFile, RecordedFile):
         return "file"
     if lines > 1:
         return "lines"
@@ -197,6 +197,12 @@ def _takes_several(operation: Operation[Any, Any], name: str) -> bool:
     return any(
         get_origin(bare(field.annotation)) in (tuple, list) for field in fields if field is not None
     )
+
+
+def is_recording(operation: Operation[Any, Any], name: str) -> bool:
+    """Whether a field takes a file of any format, with its name."""
+    field = operation.request.model_fields.get(name)
+    return field is not None and bare(field.annotation) is RecordedFile
 
 
 def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> dict[str, Any]:

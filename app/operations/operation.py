@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, Generic, Literal
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from typing_extensions import TypeVar
 
+from ..common.number_format import finite
+
 if TYPE_CHECKING:
     from ..figures.figure import Figure
     from .laboratory import Laboratory
@@ -59,12 +61,14 @@ class Request(BaseModel):
 class ResultTable:
     """Rows of a result. Keys are names of quantities with their SI unit at the end, or words.
 
-    `empty` is what stands in the place of a table without rows.
+    `empty` is what stands in the place of a table without rows. The command prints an `upright`
+    table, which has few rows, with a line for each column.
     """
 
     title: str
     rows: Sequence[Mapping[str, Any]]
     empty: str = "none"
+    upright: bool = False
 
 
 @dataclass(frozen=True)
@@ -170,6 +174,17 @@ class Outcome(Result):
     def address(self) -> str:
         """The page that shows it."""
         return self.page
+
+
+@dataclass(frozen=True)
+class PlainData(Result):
+    """An answer for other programs alone, as plain data."""
+
+    values: Any
+
+    def to_json(self) -> Any:
+        """The data; numbers that JSON has not (NaN) become null."""
+        return finite(self.values)
 
 
 @dataclass(frozen=True)
@@ -314,6 +329,8 @@ class Operation(Generic[Asked, Answer]):
     processes: str = ""
     #: Reads or writes files of the machine that it was asked on, to which its job is bound.
     on_this_machine: bool = False
+    #: Writes texts into CSV, which a spreadsheet may take for formulas.
+    writes_csv: bool = False
     #: Its answer is stored nowhere: the page that answers its form shows it.
     answered_here: bool = False
     #: Uploaded files stay after its job, for another operation.

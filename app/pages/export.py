@@ -17,9 +17,10 @@ from starlette.responses import FileResponse, Response
 from ...files.spreadsheet_guard import guarding
 from ...schema.conditions import get_campaign_id
 from ...schema.transfer.export import export_campaign
-from ..common.filters import parse_where
-from ..operations.impacts.export import export_table
-from ..web.dependencies import Name, OpenStore
+from ..operations.faults import RequestError, read
+from ..operations.impacts.table_export import EXPORT, TableExport
+from ..operations.laboratory import Laboratory
+from ..web.dependencies import Configured, Name, OpenStore
 from ..web.forms import status_of_fault
 from ..web.rendering import page
 
@@ -40,6 +41,7 @@ def export(
     request: Request,
     name: Name,
     store: OpenStore,
+    settings: Configured,
     what: str = "",
     format: str = "csv",  # the field's name in the address
     where: Annotated[str, Query(max_length=300)] = "",
@@ -49,20 +51,20 @@ def export(
     with = + - @ get an apostrophe unless `spreadsheet_guard=false`."""
     store.read(lambda session: get_campaign_id(session, name))
     field, fault, status = "", "", 422
-    if what and what not in TABLES:
-        field, fault = "what", f"{what!r} cannot be exported; expected one of {', '.join(TABLES)}"
-    elif format not in FORMATS:
+    if what and format not in FORMATS:
         field, fault = "format", f"{format!r} is no format; expected one of {', '.join(FORMATS)}"
     elif what:
         try:
-            conditions = parse_where((where,) if where.strip() else ())
+            table = read(TableExport, {"what": what, "campaign": name, "where": where}, "network")
 
             def write(out: Path) -> None:
-                with store.reading() as session, guarding(spreadsheet_guard):
-                    if not export_table(session, what, out, name, conditions):
-                        raise ValueError("no row matches; nothing was written")
+                with guarding(spreadsheet_guard):
+                    placed = table.model_copy(update={"out": out})
+                    EXPORT.answer(placed, Laboratory(store, settings.db), lambda *_: None)
 
             return _saved(write, f"{name}-{what}.{format}")
+        except RequestError as error:
+            field, fault = error.faults[0].field or "where", error.faults[0].message
         except (ValueError, LookupError) as error:
             field, fault, status = (
                 ("where" if where.strip() else "what"),

@@ -27,7 +27,7 @@ from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
 from ..operations.faults import FieldError
-from ..operations.impacts.impact import without_empty_figures
+from ..operations.impacts.listing import ImpactRows
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import status_of_fault
 from ..web.rendering import page, part, query
@@ -93,7 +93,8 @@ def impacts(
             thumbnails = list_thumbnails(session, [row["id"] for row in rows])
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
-    rows = without_empty_figures(rows)
+    listed = ImpactRows(rows, "")
+    rows = [listed.shortened(row) for row in rows]
     names = list(dict.fromkeys(name for row in rows for name in row))
     shown = [name for name in names if name in columns] if columns else _varied(rows, names)
     menus = _menus(levels, where)

@@ -4,18 +4,17 @@ other."""
 from __future__ import annotations
 
 import re
-from dataclasses import fields, replace
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, Form, Query
+from fastapi import APIRouter, Query
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 
-from ...ingest.extraction.settings import ExtractionSettings
-from ...ingest.storing.reextraction import preview_impacts, reextract_recording
+from ...ingest.storing.reextraction import preview_impacts
 from ...schema.campaigns import Campaign, Factor
 from ...schema.conditions import QUALITY, Condition, list_campaign_names
 from ...schema.impacts import Impact, Pulse
@@ -23,10 +22,12 @@ from ...schema.listings import list_pulse_keys
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
-from ..common.number_format import percent
 from ..common.quantities import display_of_unit, velocities_of
 from ..figures.figure import Plot
+from ..operations.faults import read
+from ..operations.impacts.compared_spectra import COMPARE_SPECTRA, SpectrumComparing
 from ..operations.impacts.curves import PulseView, pulse_view
+from ..operations.impacts.extraction import PulseExtraction
 from ..operations.impacts.figures import (
     four_coordinate_figure,
     level_words,
@@ -35,11 +36,13 @@ from ..operations.impacts.figures import (
     signal_figure,
     spectra_figure,
 )
-from ..operations.impacts.impact import get_impact, impact_page
-from ..operations.impacts.overlays import PulseOverlay, pulse_overlay, spectrum_overlay
-from ..operations.impacts.signals import channel_window, list_signals
-from ..operations.impacts.spectra import target_from_upload
-from ..web.dependencies import Key, OpenStore
+from ..operations.impacts.impact import get_impact
+from ..operations.impacts.overlays import PulseOverlay, pulse_overlay
+from ..operations.impacts.showing import IMPACT_SHOW, NamedImpact
+from ..operations.impacts.signals import channel_window
+from ..operations.ingest.request import ExtractionChoice
+from ..operations.laboratory import Laboratory
+from ..web.dependencies import Configured, Key, OpenStore
 from ..web.forms import status_of_fault
 from ..web.rendering import page, query
 
@@ -50,21 +53,14 @@ POINTS = 2000
 
 @router.get("/impacts/{impact}")
 def impact(
-    request: Request,
-    impact: Key,
-    store: OpenStore,
-    preview: bool = False,
-    segmentation: str = "",
-    threshold: float | None = None,
-    smoothing: float | None = None,
+    request: Request, impact: Key, store: OpenStore, settings: Configured, preview: bool = False
 ) -> Response:
+    laboratory = Laboratory(store, settings.db)
+    shown = IMPACT_SHOW.answer(NamedImpact(impact=impact), laboratory, lambda *_: None)
+    impact_view, signals = dict(shown.facts), shown.signals
+    extraction = _extraction(impact_view, request.query_params)
+    view, why_not = _viewed(store, extraction, preview)
     with store.reading() as session:
-        impact_view = impact_page(session, impact)
-        recording = get_impact(session, impact).recording_id
-    settings = _settings(impact_view, segmentation, threshold, smoothing)
-    view, why_not = _viewed(store, impact, recording, settings if preview else None)
-    with store.reading() as session:
-        signals = [] if recording is None else list_signals(session, recording)
         contact = contact_span(impact_view)
         figures, damaged = _channel_charts(session, signals, contact)
         before, after = neighbours(session, impact)
@@ -89,7 +85,7 @@ def impact(
             if view
             else None,
             why_not=why_not,
-            asked=settings,
+            asked=extraction,
             points=POINTS,
         )
 
@@ -113,7 +109,7 @@ def neighbours(session: Session, impact: int) -> tuple[int | None, int | None]:
 
 
 def _channel_charts(
-    session: Session, signals: list[dict[str, Any]], contact: tuple[float, float] | None
+    session: Session, signals: Sequence[Mapping[str, Any]], contact: tuple[float, float] | None
 ) -> tuple[dict[int, tuple[Plot, Plot | None]], dict[int, str]]:
     """Channels as charts of the whole record and of the contact, and why one is none.
 
@@ -135,62 +131,40 @@ def _channel_charts(
     return figures, damaged
 
 
-def _settings(
-    version: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
-) -> ExtractionSettings:
-    """What the form asks for; what it leaves open is as the version in use was cut."""
-    used: dict[str, Any] = next(
-        (pulse for pulse in version["pulses"] if pulse["in_use"] == "yes"), {}
-    )
-    setting_names = {field.name for field in fields(ExtractionSettings)}
-    settings = replace(
-        ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names}
-    )
-    given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
-    return replace(settings, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
+def _extraction(impact_view: Mapping[str, Any], sent: Mapping[str, str]) -> PulseExtraction:
+    """What the address asks for; what it leaves open is as the version in use was extracted."""
+    pulses: Sequence[Mapping[str, Any]] = impact_view["pulses"]
+    used = next((pulse for pulse in pulses if pulse["in_use"] == "yes"), {})
+    stated = {name: text for name, text in sent.items() if text}
+    values = {
+        name: part
+        for name, part in {**used, **stated}.items()
+        if name in ExtractionChoice.model_fields
+    }
+    return read(PulseExtraction, {**values, "impact": impact_view["id"]}, "network")
 
 
 def _viewed(
-    store: Store, impact: int, recording: int | None, settings: ExtractionSettings | None
+    store: Store, extraction: PulseExtraction, preview: bool
 ) -> tuple[PulseView | None, str]:
     """The segmentation, with the preview of other settings; and why there is none."""
+    settings = extraction.settings()
     try:
-        cut = (
+        with store.reading() as session:
+            recording = get_impact(session, extraction.impact).recording_id
+        extracted = (
             preview_impacts(store, recording, settings)
-            if settings is not None and recording is not None
+            if preview and recording is not None
             else None
         )
-        pulse = cut.pulse_of(impact) if cut is not None else None
+        pulse = extracted.pulse_of(extraction.impact) if extracted is not None else None
         with store.reading() as session:
             view = pulse_view(
-                session,
-                impact,
-                (pulse, settings) if pulse is not None and settings is not None else None,
+                session, extraction.impact, None if pulse is None else (pulse, settings)
             )
     except (LookupError, SeriesError) as error:
         return None, str(error)
-    return view, (cut.mismatch or "") if cut is not None else ""
-
-
-@router.post("/impacts/{impact}/extract")
-def extract(
-    impact: Key,
-    store: OpenStore,
-    segmentation: Annotated[str, Form()],
-    threshold: Annotated[float, Form()],
-    smoothing: Annotated[float, Form()],
-) -> Response:
-    """Store what was previewed, of the whole recording: its hits are told apart together."""
-    with store.reading() as session:
-        page = impact_page(session, impact)
-        recording = get_impact(session, impact).recording_id
-    if recording is None:
-        raise LookupError(f"impact {impact} has no recording to cut")
-    settings = _settings(page, segmentation, threshold, smoothing)
-    report = reextract_recording(store, recording, settings)
-    if report.skipped:
-        raise ValueError(f"left as it was: {report.skipped[0]['reason']}")
-    return RedirectResponse(f"/impacts/{impact}", 303)
+    return view, (extracted.mismatch or "") if extracted is not None else ""
 
 
 #: Stands in the address for all campaigns together.
@@ -319,45 +293,36 @@ def _some_impacts(
 def spectra(
     request: Request,
     store: OpenStore,
+    settings: Configured,
     impacts: Annotated[str, Query(max_length=2000)] = "",
-    channel: Annotated[str, Query(max_length=200)] = "",
-    q: Annotated[float, Query(gt=0.5, le=1000)] = 10.0,
     sides: bool = False,
-    specification: Annotated[str, Query(max_length=20_000)] = "",
-    tolerance: Annotated[str, Query(max_length=100)] = "",
 ) -> Response:
-    keys = [int(word) for word in re.findall(r"\d{1,9}", impacts)]
-    overlay, why_not = None, ""
+    sent: dict[str, Any] = {
+        name: request.query_params.get(name, "")
+        for name in ("channel", "q", "specification", "tolerance")
+    }
+    keys = re.findall(r"\d{1,9}", impacts)
+    compared, why_not = None, ""
     if keys:
-        wanted = (
-            target_from_upload(specification, "specification", tolerance or None)
-            if specification.strip()
-            else None
-        )
+        stated = {name: text for name, text in sent.items() if text.strip()}
+        comparing = read(SpectrumComparing, {**stated, "impact": keys}, "network")
+        comparing.target()  # a specification that cannot be read is no lack of spectra
         try:
-            with store.reading() as session:
-                overlay = spectrum_overlay(
-                    session, keys, channel or None, q=q, specification=wanted
-                )
+            compared = COMPARE_SPECTRA.answer(
+                comparing, Laboratory(store, settings.db), lambda *_: None
+            )
         except ValueError as error:
             why_not = str(error)
+    overlay = compared.overlay if compared else None
     return page(
         request,
         "spectra.html",
         impacts=impacts,
-        channel=channel,
-        q=q,
+        **{**sent, "q": sent["q"] or 10.0},
         sides=sides,
-        specification=specification,
-        tolerance=tolerance,
         overlay=overlay,
         why_not=why_not,
         figure=spectra_figure(overlay, sides) if overlay else None,
         paper=four_coordinate_figure(overlay) if overlay else None,
-        rows=[
-            {**row, **{name: percent(row[name]) for name in ("share_within", "share_above")}}
-            for row in overlay.rows()
-        ]
-        if overlay
-        else [],
+        rows=compared.rows() if compared else [],
     )

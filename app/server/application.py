@@ -25,7 +25,6 @@ from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.page import section_style
-from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
 from ..doors.api import predict as predict_api
 from ..doors.api import train as train_api
@@ -70,7 +69,6 @@ from .compression import Compression
 _API = (
     ingest_api,
     csrf,
-    impacts_api,
     train_api,
     predict_api,
 )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.doors.commands.spectra import srs
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.operations.impacts.spectra import parse_lines
 from pyroshock.signals.checks import SPECTRUM_CHECKS
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
@@ -29,7 +29,7 @@ LINES = np.array([100.0, 500.0, 1000.0])
 
 
 def call(*words: object) -> Result:
-    result = CliRunner().invoke(srs, [str(word) for word in words])
+    result = CliRunner().invoke(main, ["srs", *map(str, words)])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

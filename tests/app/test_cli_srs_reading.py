@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from nptdms import ChannelObject, TdmsWriter
-from pyroshock.app.doors.commands.spectra import srs
+from pyroshock.app.doors.command_line.main import main
 
 LINES = "500,1000,2000"
 
 
 def call(*words):
-    result = CliRunner().invoke(srs, [str(word) for word in words])
+    result = CliRunner().invoke(main, ["srs", *map(str, words)])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

@@ -151,7 +151,7 @@ def test_a_job_is_deleted_when_it_has_ended(lab):
 
 def test_an_impact_is_deleted_with_its_recording_and_a_reason(lab):
     impact = rows("impacts")[0]["id"]
-    assert "Missing option '--reason'" in refusal("impacts", "delete", str(impact))
+    assert "--reason is missing" in refusal("impacts", "delete", str(impact))
     words: tuple[str, ...] = (
         "impacts",
         "delete",

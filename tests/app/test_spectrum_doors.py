@@ -3,15 +3,15 @@ an ingest stores."""
 
 from __future__ import annotations
 
+import io
 import json
+from base64 import b64encode
 
 import numpy as np
 import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.doors.api.impacts import AccelerationSeries
-from pyroshock.app.doors.api.impacts import srs as api_srs
 from pyroshock.app.doors.command_line.main import main
 from pyroshock.app.operations.impacts.overlays import spectrum_overlay
 from pyroshock.schema.campaigns import Configuration
@@ -19,6 +19,7 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.channel import Sensor
 from pyroshock.signals.shock_figures import shock_figures, summary_lines
+from support.processes.web_client import post_json, token, window
 from support.stores.recorded import add_recording
 
 RATE = 50_000.0
@@ -52,15 +53,14 @@ def doors(record, tmp_path_factory):
     printed = CliRunner().invoke(main, ["srs", str(file), "--frequencies", lines, "--json"])
     command = json.loads(printed.stdout)
     series = ps.srs(pd.Series(record, index=times), frequencies=LINES)
-    answer = api_srs(
-        AccelerationSeries(
-            acceleration_m_s2=record.tolist(),
-            sampling_rate_hz=RATE,
-            frequency_hz=LINES.tolist(),
-            rest="",
-            hit="",
-        )
-    )
+    with window(f"sqlite:///{folder / 'window.db'}", works=False) as (client, _):
+        body = {"acceleration_m_s2": record.tolist(), "sampling_rate_hz": RATE}
+        body |= {"frequency_hz": LINES.tolist(), "rest": "", "hit": ""}
+        answer = post_json(client, "/api/srs", body).json()
+        sent = {"name": "shot.csv", "content": b64encode(file.read_bytes()).decode()}
+        content = post_json(
+            client, "/api/srs/recording", {"file": sent, "frequencies": lines}
+        ).json()
     figures = shock_figures(record, RATE)
     with open_store(f"sqlite:///{folder / 'lab.db'}", Writer("test", "0"), create=True) as store:
         sensor = Sensor("plate", "acceleration", "m/s2", position="plate")
@@ -83,13 +83,14 @@ def doors(record, tmp_path_factory):
     return {
         "command": (np.array(command["maximax"]), command["rest"]["removed_m_s2"]),
         "library": (series.to_numpy(), series.attrs["rest"]),
+        "content": (np.array(content["maximax"]), content["rest"]["removed_m_s2"]),
         "API": (np.array(answer["maximax"]), answer["rest"]["level_m_s2"]),
         "page": (page, None),
         "stored figures": (np.array(figures.srs_maximax_m_s2), figures.rest_m_s2),
     }
 
 
-@pytest.mark.parametrize("door", ["library", "API", "page", "stored figures"])
+@pytest.mark.parametrize("door", ["library", "API", "content", "page", "stored figures"])
 def test_every_door_gives_the_spectrum_of_the_command(doors, door):
     """The figures that an ingest stores take means for low lines, which is within a percent."""
     maximax, rest = doors[door]
@@ -113,6 +114,18 @@ def test_an_offset_changes_no_line_and_is_told(record, doors):
     for wrong in ("5ms", "40ms:5ms", "5:40"):
         with pytest.raises(ps.InvalidValueError, match="rest is"):
             ps.srs(record, RATE, rest=wrong)
+
+
+def test_an_uploaded_file_is_answered_with_its_spectrum_and_its_record(record, tmp_path):
+    content = io.BytesIO()
+    np.savez(content, fs=RATE, acc_m_s2=record)
+    with window(f"sqlite:///{tmp_path / 'window.db'}", works=False) as (client, _):
+        form = {"frequencies": "100,1000", "csrf": token(client)}
+        sent = [("file.file", ("shot.npz", content.getvalue()))]
+        answer = client.post("/ask/srs", data=form, files=sent)
+    spectrum = ps.srs(record, RATE, frequencies=[100.0, 1000.0])
+    assert answer.status_code == 200 and 'id="figure-1-2"' in answer.text
+    assert f"{spectrum.iloc[1] / 9.80665:.4g}" in answer.text
 
 
 def test_a_record_of_several_hits_asks_which(tmp_path):

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.doors.commands.spectra import srs
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.recordings import QualityFinding, Recording
@@ -61,9 +61,10 @@ def test_record_is_refused_by_its_kind_or_resampled(tmp_path, kind, message):
     """The right spectrum is that of the same formula at 800 kHz; 23 samples of a cycle hide 1 % of
     a peak."""
     path = write(tmp_path / "hit.csv", kind)
-    refused = CliRunner().invoke(srs, [str(path)])
+    refused = CliRunner().invoke(main, ["srs", str(path)])
     assert refused.exit_code == 2 and message in refused.stderr
     words = [
+        "srs",
         str(path),
         "--frequencies",
         "500,1000,2000,2500",
@@ -71,7 +72,7 @@ def test_record_is_refused_by_its_kind_or_resampled(tmp_path, kind, message):
         "resample",
         "--json",
     ]
-    result = json.loads(CliRunner().invoke(srs, words).stdout)
+    result = json.loads(CliRunner().invoke(main, words).stdout)
     fine = acceleration(np.arange(0.0, times(kind)[-1], 1 / 800_000))
     right = shock_response_spectrum(fine, 800_000.0, LINES).maximax
     assert result["maximax"] == pytest.approx(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -192,17 +192,10 @@ def open_for_dry_run(db: str) -> Iterator[Store]:
 
 
 @contextmanager
-def open_scratch_store() -> Iterator[Store]:
-    """An empty store that is gone afterwards, for work that needs none."""
+def without_store() -> Iterator[Store]:
+    """No store, for work that never asks it: to make an empty one would take a second."""
     with errors_as_one_line():
-        from tempfile import TemporaryDirectory
-
-        from ....schema.session import Writer, open_store
-
-        with TemporaryDirectory(prefix="pyroshock-") as folder:
-            writer = Writer(command_line(sys.argv), _version())
-            with open_store(f"sqlite:///{folder}/empty.db", writer, create=True) as store:
-                yield store
+        yield cast("Store", None)
 
 
 @contextmanager
@@ -265,7 +258,8 @@ def print_table(rows: Iterable[dict[str, Any]], empty: str, *, upright: bool = F
         {key: format_cell(value, displays[key].scale) for key, value in row.items()} for row in rows
     ]
     headings = {
-        key: display.heading if display.unit else _spelled(key) for key, display in displays.items()
+        key: display.heading if display.unit or upright else _spelled(key)
+        for key, display in displays.items()
     }
     widths = {
         key: max(len(head), *(len(row.get(key, "")) for row in cells))
@@ -292,16 +286,6 @@ def _print_upright(headings: Mapping[str, str], rows: Sequence[Mapping[str, str]
     for line in lines:
         click.echo(
             "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
-        )
-
-
-def print_facts(facts: Mapping[str, Any]) -> None:
-    """Each fact on a line, behind its words and unit; the width is that of the longest words."""
-    displays = {key: display_of(key) for key in facts}
-    width = max((len(display.heading) for display in displays.values()), default=0)
-    for key, value in facts.items():
-        click.echo(
-            f"{displays[key].heading.ljust(width)}  {format_cell(value, displays[key].scale)}"
         )
 
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import click
 
-from ...common.quantities import key_of
+from ...common.quantities import key_of, velocities_of
 from ...operations.operation import Rows
 from .common import json_option, note, print_table, spreadsheet_guard_option, write_json
 from .options import split_names
@@ -50,12 +50,13 @@ class Listing:
         have are the row's own. Raises `LookupError` for a column that no row has.
         """
         listed = list(rows)
-        listing = (
-            self._in_keys(list(dict.fromkeys(name for row in listed for name in row)))
-            if listed
-            else self
-        )
-        listing._print(listed, empty, shortened)
+        with velocities_of(listed):
+            listing = (
+                self._in_keys(list(dict.fromkeys(name for row in listed for name in row)))
+                if listed
+                else self
+            )
+            listing._print(listed, empty, shortened)
 
     def _print(self, rows: list[Row], empty: str, shortened: Callable[[Row], Row]) -> None:
         wanted = list(self.columns)

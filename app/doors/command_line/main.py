@@ -19,14 +19,9 @@ from .shells import register_shells
 
 #: Commands that are no operation, or more than one -> (module of the package, its object).
 OTHERS: dict[str, tuple[str, str]] = {
-    "impacts": (".app.doors.commands.impacts", "impacts"),
-    "shots": (".app.doors.commands.impact_records", "shots"),
-    "show": (".app.doors.commands.impact_records", "show"),
-    "srs": (".app.doors.commands.spectra", "srs"),
     "models": (".app.doors.commands.models", "models"),
     "predict": (".app.doors.commands.predict", "predict"),
     "report": (".app.doors.commands.report", "report"),
-    "export": (".app.doors.commands.impact_records", "export"),
     "serve": (".app.server.command", "serve"),
     "demo": (".app.demo.command", "demo"),
 }

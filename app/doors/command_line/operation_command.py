@@ -14,6 +14,7 @@ from pydantic_core import PydanticUndefined
 
 from ....parallel.executor import ExecutorConfig
 from ...common.progress import progress_bar
+from ...common.quantities import velocities_of
 from ...operations.catalogue import operation as operation_named
 from ...operations.faults import RequestError, bare, read
 from ...operations.fields import presentation_of
@@ -26,6 +27,7 @@ from ...operations.operation import (
     Progress,
     Request,
     Result,
+    ResultTable,
 )
 from . import completion
 from .common import (
@@ -38,9 +40,9 @@ from .common import (
     note,
     open_command_store,
     open_for_dry_run,
-    open_scratch_store,
     print_table,
     spreadsheet_guard_option,
+    without_store,
     worker_options,
     write_json,
 )
@@ -118,7 +120,7 @@ def command_of(
         function = worker_options(operation.workers)(function)
     if operation.processes:
         function = jobs_option(operation.processes)(function)
-    if any(".csv" in output.endings for output in operation.outputs):
+    if operation.writes_csv or any(".csv" in output.endings for output in operation.outputs):
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
@@ -221,14 +223,16 @@ def parameter(name: str, field: FieldInfo) -> Callable[[Any], Any]:
         )
     option = option_of(name, field)
     if kind is bool:
-        return click.option(
-            option,
-            name,
-            is_flag=True,
-            flag_value=option.startswith("--no-") is False,
-            default=None,
-            help=field.description,
+        negated = option.startswith("--no-")
+        flag: dict[str, Any] = {"is_flag": True, "default": None}
+        decorate = click.option(
+            option, name, flag_value=not negated, help=field.description, **flag
         )
+        if not negated:
+            return decorate
+        # whoever states the default is understood
+        stated = click.option(f"--{option[5:]}", name, flag_value=True, hidden=True, **flag)
+        return lambda function: decorate(stated(function))
     words: dict[str, Any] = {
         "help": _with_default(field),
         "required": False,
@@ -392,7 +396,7 @@ def _opened(
     operation: Operation[Any, Any], db: str, *, rehearsed: bool
 ) -> AbstractContextManager[Store]:
     if not (operation.uses_store and operation.opens_store):
-        return open_scratch_store()
+        return without_store()
     if operation.needs_store and not (rehearsed and operation.creates_store):
         return open_command_store(db, create=operation.creates_store)
     return open_for_dry_run(db)
@@ -419,13 +423,24 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
     if text := result.text():
         click.echo(text)
         return
-    for table in result.tables():
+    tables = result.tables()
+    rows = [row for table in tables if isinstance(table, ResultTable) for row in table.rows]
+    with velocities_of(rows):
+        _tell_tables(tables, bool(sentences))
+
+
+def _tell_tables(tables: Sequence[ResultTable | Lines], below_sentences: bool) -> None:
+    below_facts = False
+    for table in tables:
         if isinstance(table, Lines):
             _tell_lines(table)
             continue
+        if below_facts:
+            click.echo("")
         if table.title:
-            click.echo(f"\n{table.title}" if sentences else table.title)
-        print_table(map(dict, table.rows), table.empty)
+            click.echo(f"\n{table.title}" if below_sentences else table.title)
+        print_table(map(dict, table.rows), table.empty, upright=table.upright)
+        below_facts = below_facts or table.upright
 
 
 def _tell_lines(lines: Lines) -> None:

@@ -38,7 +38,8 @@ def export_table(
     columns: Sequence[str] = (),
 ) -> int:
     """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV,
-    Parquet or JSON by its suffix; returns the rows.
+    Parquet or JSON by its suffix; returns the rows. Series have no conditions, and only they are of
+    a `recording`.
 
     `columns` are those to write, in this order; without them all that the selection has. Damaged
     series are left out and named in `left_out`, where it is given. Raises `ValueError` for another
@@ -46,11 +47,7 @@ def export_table(
     series.
     """
     if what == "series":
-        if where:
-            raise ValueError("--where does not filter series; choose a --campaign or a --recording")
         batches = series_batches(session, campaign, recording, left_out)
-    elif recording is not None:
-        raise ValueError("--recording goes with series; filter other tables with --where")
     else:
         factors, empty = _own_columns(session, what, campaign, where)
         batches = _in_batches(_TABLES[what](session, campaign, where), factors, empty)

@@ -16,7 +16,6 @@ from ....ingest.extraction.channel_figures import parts_between
 from ....ingest.extraction.recording import VALVE_OPENING
 from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.column_kinds import NUMBER, kind_of
-from ....schema.conditions import CHANNEL_COLUMNS
 from ....schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ....schema.listings import Condition, iter_impacts
 from ....schema.provenance import Provenance
@@ -91,16 +90,6 @@ LISTED_FIGURES = tuple(
     for column in metadata.tables[ChannelFigures.__tablename__].columns
     if kind_of(column) == NUMBER
 )
-
-
-def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows of a listing of impacts for a person: without the accelerations' columns where no row
-    has them."""
-    if any(row.get(name) is not None for row in rows for name in CHANNEL_COLUMNS):
-        return rows
-    return [
-        {name: value for name, value in row.items() if name not in CHANNEL_COLUMNS} for row in rows
-    ]
 
 
 def list_channel_figures(

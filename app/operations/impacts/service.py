@@ -23,6 +23,7 @@ from ....schema.conditions import (
     IMPACT_COLUMNS,
     IN_USE,
     LARGEST,
+    Condition,
     listing_key,
     restricted,
 )
@@ -31,7 +32,6 @@ from ....schema.recordings import NOT_JUDGED, SEVERITIES, QualityFinding, Record
 from ....schema.series import as_floats, resolve
 from ....twin.contact.measured_restitution import RecordedPulse, poisson
 from ...common.errors import library_errors, raises_library_errors
-from ...common.filters import parse_where
 from ...common.frames import facts_table, frame_of, titled_table, with_units
 from ...common.quantities import shown_unit
 from ...figures.figure import (
@@ -344,7 +344,7 @@ _FIGURES = ("contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s
 def impacts_frame(
     session: Session,
     campaign: str | None = None,
-    where: str | Iterable[str] = (),
+    conditions: tuple[Condition, ...] = (),
     limit: int | None = None,
 ) -> pd.DataFrame:
     """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have
@@ -354,7 +354,6 @@ def impacts_frame(
     """
     import pandas as pd
 
-    conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
     columns = {
         "campaign": Campaign.name,
         "configuration": Impact.configuration_id,

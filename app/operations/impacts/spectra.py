@@ -40,6 +40,7 @@ from ....signals.units import UnitError, to_si
 from ....twin.srs.standards import parse_tolerance
 from ....twin.srs.target import SpectrumComparison, Target, compare
 from ....twin.srs.target_csv import target_of_csv
+from ..fields import TextFile
 from .record_choice import chosen_part
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.
@@ -323,6 +324,11 @@ def target_from_upload(content: bytes | str, name: str, tolerance: str | None = 
                 f"{source}: frequency_hz is {hz:g}; expected {LOWEST_HZ:g} to {HIGHEST_HZ:g} Hz"
             )
     return target
+
+
+def target_of_file(file: TextFile, tolerance: str | None = None) -> Target:
+    """The target in a specification that a request holds; raises as `target_from_upload`."""
+    return target_from_upload(file.text, Path(file.name).name, tolerance or None)
 
 
 def source_name(name: str) -> str:

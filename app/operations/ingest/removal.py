@@ -12,7 +12,6 @@ from sqlalchemy.orm import Session
 from ....ingest.storing.plan_link import PlanLinks, link_within
 from ....ingest.storing.replacement import Replacement
 from ....schema.campaigns import Campaign, Plan, PlannedRun
-from ....schema.impacts import Impact
 from ....schema.provenance import CAMPAIGN, Tombstone
 from ....schema.removal.part import Part, campaign_part, recording_part
 from ....schema.removal.removing import adopted_on, datasets_on, diagnoses_on, remove, row_counts
@@ -20,7 +19,6 @@ from ....schema.run_states import run_status
 from ....schema.session import Store
 from ...common.model_registry import models_extra, registry_of
 from ...twins.adopted_effects import AdoptedEffects, adopted_for
-from ..impacts.impact import get_impact
 
 
 def standing_on(
@@ -217,34 +215,6 @@ def _refuse(campaign: str, other: str, effects: Sequence[AdoptedEffects]) -> Non
         f"{other!r}, which has the same bench; adopt from a campaign that stays first: pyroshock "
         f"diagnose {other} --adopt EFFECT (or none)"
     )
-
-
-def recording_of_impact(session: Session, key: int, *, all_of_recording: bool) -> Part:
-    """The recording that an impact came from.
-
-    Raises `LookupError` for an unknown impact, `ValueError` for one without a recording, and for
-    one whose recording holds other impacts, unless `all_of_recording`.
-    """
-    impact = get_impact(session, key)
-    if impact.recording is None:
-        raise ValueError(
-            f"impact {key} came from a row without a recording; it is deleted "
-            f"with its campaign only"
-        )
-    others = (
-        select(Impact.id)
-        .where(Impact.recording_id == impact.recording_id, Impact.id != key)
-        .order_by(Impact.id)
-    )
-    keys = list(session.scalars(others))
-    if keys and not all_of_recording:
-        named = ", ".join(map(str, keys[:8])) + (" and more" if len(keys) > 8 else "")
-        raise ValueError(
-            f"recording {impact.recording.path!r} of impact {key} holds other impacts too: "
-            f"{named}; they would be deleted with it; add --all-of-recording to delete all of them"
-        )
-    campaign = session.get_one(Campaign, impact.campaign_id).name
-    return recording_part(session, campaign, impact.recording.path)
 
 
 def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[str, Any]:

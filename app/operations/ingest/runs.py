@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Progress, Result, ResultTable, Rows
+from ..operation import Operation, PlainData, Progress, Result, ResultTable, Rows
 from .removed import DryRunnable, Reason, RemovedPart
 from .request import ExtractionChoice, NamedCampaign
 
@@ -114,28 +114,18 @@ class StandingRequest(NamedCampaign):
     )
 
 
-@dataclass(frozen=True)
-class Standing(Result):
-    """What would go, and what stands on it."""
-
-    parts: Mapping[str, Any]
-
-    def to_json(self) -> dict[str, Any]:
-        """Counts of rows, and what stands on them."""
-        return dict(self.parts)
-
-
-def _standing(request: StandingRequest, laboratory: Laboratory, _: Progress) -> Standing:
+def _standing(request: StandingRequest, laboratory: Laboratory, _: Progress) -> PlainData:
+    """Counts of rows, and what stands on them."""
     from .removal import standing_on
 
-    return Standing(
+    return PlainData(
         standing_on(laboratory.store, laboratory.db, request.campaign, request.recording)
     )
 
 
 _BY_DRY_RUN = "The dry run of a deletion tells it."
 
-STANDING: Operation[StandingRequest, Standing] = Operation(
+STANDING: Operation[StandingRequest, PlainData] = Operation(
     name="standing",
     request=StandingRequest,
     run=_standing,

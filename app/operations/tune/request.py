@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
@@ -37,9 +36,9 @@ def _readable_target(given: TextFile) -> TextFile:
 
 
 def _target(given: TextFile, tolerance: str) -> Target:
-    from ..impacts.spectra import target_from_upload
+    from ..impacts.spectra import target_of_file
 
-    return target_from_upload(given.text, Path(given.name).name, tolerance or None)
+    return target_of_file(given, tolerance)
 
 
 def _tolerance(given: Any) -> Any:

@@ -15,7 +15,7 @@ import pandas as pd
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
-from pyroshock.app.doors.commands.impact_records import impacts, shots
+from pyroshock.app.doors.command_line.main import main
 from pyroshock.schema import series
 from support.stores.hammer_stores import HITS, full_campaign
 
@@ -32,7 +32,7 @@ def lab(tmp_path_factory):
 
 
 def _printed(command, store, *arguments):
-    result = CliRunner().invoke(command, ["--db", store.url, "--json", *arguments])
+    result = CliRunner().invoke(main, [command, "--db", store.url, "--json", *arguments])
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 
@@ -40,7 +40,7 @@ def _printed(command, store, *arguments):
 @pytest.mark.parametrize("where", ["", "tip_material=delrin", "peak_force_n>800", "quality=ok"])
 def test_impacts_are_those_of_the_command(lab, where):
     conditions = [where] if where else []
-    printed = _printed(impacts, lab, *(word for each in conditions for word in ("--where", each)))
+    printed = _printed("impacts", lab, *(word for each in conditions for word in ("--where", each)))
     _assert_same_rows(lab.impacts(where=conditions), printed)
 
 
@@ -48,7 +48,7 @@ def test_shots_are_those_of_the_command(tmp_path):
     with ps.open(f"sqlite:///{tmp_path / 'gun.db'}") as store:
         store.ingest(_FIRST_SHOTS, progress=False)
         frame = store.shots()
-        _assert_same_rows(frame, _printed(shots, store))
+        _assert_same_rows(frame, _printed("shots", store))
     assert len(frame) == 5
 
 

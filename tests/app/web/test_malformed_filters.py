@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from pyroshock.app.common.errors import PyroshockError
 from pyroshock.app.common.filters import parse_where
 from pyroshock.app.library.experiment_store import ExperimentStore
+from pyroshock.app.operations.catalogue import operations
 from pyroshock.app.server.application import _API, PAGES, application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.conditions import ConditionError
@@ -104,7 +105,11 @@ def client(store: Store) -> Iterator[TestClient]:
 
 def _addresses() -> list[str]:
     """Every route that takes `where`, whatever is added later."""
-    addresses = []
+    addresses = [
+        f"/api{declared.route[1]}?"
+        for declared in operations()
+        if declared.route and "where" in declared.request.model_fields
+    ]
     for prefix, modules in (("", PAGES), ("/api", _API)):
         for route in (route for module in modules for route in module.router.routes):
             if "where" in {field.alias for field in route.dependant.query_params}:
