@@ -494,7 +494,7 @@ NO_OPERATION = {
     "ExperimentStore.plan": "It gives the methods of plans.",
     "ExperimentStore.twin": "It gives an object whose methods predict.",
     **dict.fromkeys(
-        [f"ExperimentStore.{name}" for name in ("impacts", "shots", "pulse", "recording")], _RECORDS
+        [f"ExperimentStore.{name}" for name in ("impacts", "pulse", "recording")], _RECORDS
     ),
     **dict.fromkeys([f"ExperimentStore.{name}" for name in ("models", "model")], _MODELS),
     "ExperimentStore.diagnoses": "Its rows are those of `list-diagnoses`, without a last page.",
