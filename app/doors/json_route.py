@@ -15,7 +15,7 @@ from ..operations.catalogue import topic_of
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Operation, Request
+from ..operations.operation import Asked, Operation, Request
 from ..web.dependencies import Configured, OpenStore, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
@@ -24,7 +24,12 @@ from ..web.jobs import ask_operation
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
     """Offer an operation below /api: the answer as JSON, or the job that works on it."""
     method, address = operation.route or ("POST", f"/{operation.name}")
+    _add(router, operation, method, address)
+    if operation.also_posted:
+        _add(router, operation, "POST", address)
 
+
+def _add(router: APIRouter, operation: Operation[Any, Any], method: str, address: str) -> None:
     def endpoint(
         http: HttpRequest,
         body: Annotated[bytes, Depends(_body)],
@@ -34,7 +39,9 @@ def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
     ) -> Any:
         values = {**_sent(http, method, body), **in_address(http)}
         request = _request(operation, values, settings.folders)
-        laboratory = Laboratory(store, settings.db, folders=settings.folders)
+        laboratory = Laboratory(
+            store, settings.db, folders=settings.folders, twins=http.app.state.twins
+        )
         if operation.long:
             return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:
@@ -80,6 +87,11 @@ def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise RequestError([Fault("", f"the body is {type(values).__name__}; expected an object")])
     return values
+
+
+def read_query(request: type[Asked], http: HttpRequest) -> Asked:
+    """The request in the query of an address. Raises `RequestError`."""
+    return read(request, _sent(http, "GET", b""), "network")
 
 
 def _no_number(constant: str) -> Any:

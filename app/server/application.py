@@ -28,8 +28,6 @@ from ..documents.page import section_style
 from ..doors.api import impacts as impacts_api
 from ..doors.api import ingest as ingest_api
 from ..doors.api import jobs as jobs_api
-from ..doors.api import predict as predict_api
-from ..doors.api import train as train_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
@@ -60,11 +58,11 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
-from ..web.predicted_shots import warm_up_in_thread
 from ..web.rendering import page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
+from ..web.warm_up import warm_up_in_thread
 from .compression import Compression
 
 #: A new feature's `api` and `pages` get a word here.
@@ -73,8 +71,6 @@ _API = (
     csrf,
     impacts_api,
     jobs_api,
-    train_api,
-    predict_api,
 )
 PAGES = (
     home_pages,

@@ -10,6 +10,7 @@ from starlette.requests import Request
 
 from ...schema.session import Store, Writer
 from ..operations.operation import UNWRITABLE
+from ..twins.twin_cache import TwinCache
 from .guard import INNER_SLASH
 from .jobs import Jobs
 from .settings import Settings
@@ -35,9 +36,15 @@ def _settings(request: Request) -> Settings:
     return settings
 
 
+def _twins(request: Request) -> TwinCache:
+    twins: TwinCache = request.app.state.twins
+    return twins
+
+
 OpenStore = Annotated[Store, Depends(_store)]
 Running = Annotated[Jobs, Depends(_jobs)]
 Configured = Annotated[Settings, Depends(_settings)]
+Twins = Annotated[TwinCache, Depends(_twins)]
 #: A name within an address, slashes included (`rendering.part` writes it).
 Name = Annotated[
     str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))

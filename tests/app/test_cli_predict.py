@@ -15,9 +15,10 @@ import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.doors.command_line.main import main
-from pyroshock.app.doors.commands.predict import predict
-from pyroshock.app.operations.predict.arguments import parse_effect
+from pyroshock.app.doors.command_line.operation_command import command_of
 from pyroshock.app.operations.predict.batch import assumed, rows_of_file
+from pyroshock.app.operations.predict.predict import PREDICT
+from pyroshock.app.operations.predict.request import parse_effect
 from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
@@ -27,6 +28,7 @@ from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, unsolved
 from support.stores.stores import opened
 
+predict = command_of(PREDICT)
 MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
 1,400,0.01,0.3,0.1,0.4
 2,1500,0.01,-0.2,0.3,0.3
@@ -252,7 +254,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
     (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
     (("--effect", "sensor.force_gain:gain=99"),
      "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
-    (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
+    (("--sensor-at", "here"), "--sensor-at is 'here'; expected two numbers in m, such as"),
     (("--impact-position", "#7"), "no impact position '#7' on this plate"),
     (("--campaign", "spring"), "no campaign 'spring'"),
     (("--modes", "none.csv"), "none.csv"),
@@ -397,7 +399,7 @@ def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
 
 @pytest.mark.parametrize(("words", "message"), [
     (("--shots", "shots.csv", "--plan", "spring"), "--plan and --shots: expected one of them"),
-    (("--plan", "spring"), "no plan 'spring': there is no store"),
+    (("--plan", "spring"), "no plan 'spring'"),
     (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
     (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
     (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"),

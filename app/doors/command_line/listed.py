@@ -36,6 +36,11 @@ class Listing:
         """Whether anything but the usual table is asked for."""
         return self != Listing()
 
+    @property
+    def is_by_row(self) -> bool:
+        """Whether rows are sorted, chosen by column or written as CSV."""
+        return self.csv or self.sort is not None or bool(self.columns)
+
     def show(self, rows: Iterable[Row], empty: str, shortened: Callable[[Row], Row] = dict) -> None:
         """Print `rows`, or `empty` where there are none and a person reads it.
 

@@ -117,8 +117,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
     "Predictions": {
         "predict": (
-            ".app.doors.commands.predict",
-            "predict",
+            ".app.operations.predict.predict",
+            "PREDICT",
             "Predict velocity, force, acceleration and spectrum of a shot.",
         ),
         "validate": (
@@ -151,8 +151,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str, str]]] = {
     },
     "Reports and files": {
         "report": (
-            ".app.doors.commands.report",
-            "report",
+            ".app.operations.report.report",
+            "REPORT",
             "Write a campaign, a diagnosis or a model as one page or PDF.",
         ),
         "export": (

@@ -24,7 +24,7 @@ class NounGroup(CommandGroup):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if self.otherwise is not None and args[0] not in self.commands:
+        if self.otherwise is not None and self.get_command(ctx, args[0]) is None:
             args = [self.otherwise, *args]
         name, command, rest = super().resolve_command(ctx, args)
         return name, command, [*_typed_before(ctx, command), *rest]
@@ -34,7 +34,8 @@ class NounGroup(CommandGroup):
         items = super().shell_complete(ctx, incomplete)
         if self.otherwise is None or incomplete.startswith("-"):
             return items
-        command = self.commands[self.otherwise]
+        command = self.get_command(ctx, self.otherwise)
+        assert command is not None
         return items + command.params[0].shell_complete(
             click.Context(command, parent=ctx), incomplete
         )
@@ -63,11 +64,7 @@ def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str
 
 
 def noun_group(
-    listing: click.Command,
-    commands: Mapping[str, click.Command],
-    text: str,
-    *,
-    otherwise: str | None = None,
+    listing: click.Command, commands: Mapping[str, click.Command], text: str
 ) -> NounGroup:
     """The group of a noun: alone it does what `listing` does, with its options, and `list` is the
     same command."""
@@ -77,12 +74,10 @@ def noun_group(
             assert listing.callback is not None
             listing.callback(**given)
 
-    group = NounGroup(
+    return NounGroup(
         callback=click.pass_context(alone),
         params=listing.params,
         help=text,
         invoke_without_command=True,
         commands={"list": listing, **commands},
     )
-    group.otherwise = otherwise
-    return group

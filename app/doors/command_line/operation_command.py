@@ -14,7 +14,7 @@ from pydantic_core import PydanticUndefined
 
 from ....parallel.executor import ExecutorConfig
 from ...common.progress import WorkProgress, progress_bar
-from ...operations.faults import RequestError, bare, read
+from ...operations.faults import RequestError, bare, read, spelled_as
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
 from ...operations.operation import (
@@ -32,6 +32,7 @@ from .common import (
     db_option,
     errors_as_one_line,
     fail,
+    is_missing,
     jobs_option,
     json_option,
     note,
@@ -307,6 +308,8 @@ def _perform(
         # before the store is opened and anything heavy is imported
         requests = [read(request, values, "command") for values in every]
         for output, path in files.items():
+            for refusal in filter(None, map(output.refused, requests)):
+                fail(refusal)
             if output.check is not None:
                 output.check(path)
     results: list[Result] = []
@@ -321,9 +324,7 @@ def _perform(
                 return
             results.append(result)
             if listing is not None and isinstance(result, Rows):
-                listing.show(map(dict, result.rows), result.empty, result.shortened)
-                for line in result.notes() if listing.json_to is None else ():
-                    note(line)
+                _list(result, listing)
             else:
                 _tell(result, files, json_to)
         if json_to is not None and listing is None:
@@ -372,6 +373,8 @@ def _opened(
         return open_scratch_store()
     if operation.needs_store and not (rehearsed and operation.creates_store):
         return open_command_store(db, create=operation.creates_store)
+    if operation.without_store and is_missing(db):
+        note(f"no store at {db}: {operation.without_store}")
     return open_for_dry_run(db)
 
 
@@ -405,6 +408,17 @@ def _tell(result: Result, files: Mapping[Output[Any], Path], json_to: str | None
         print_table(map(dict, table.rows), table.empty)
 
 
+def _list(result: Rows, listing: Listing) -> None:
+    if not result.grouped or listing.is_by_row:
+        listing.show(map(dict, result.rows), result.empty, result.shortened)
+        for line in result.notes() if listing.json_to is None else ():
+            note(line)
+        return
+    _tell(result, {}, listing.json_to)
+    if listing.json_to is not None:
+        write_json(result.to_json(), listing.json_to)
+
+
 def _tell_lines(lines: Lines) -> None:
     if lines.sentences:
         click.echo(f"\n{lines.title}")
@@ -418,13 +432,8 @@ def _faults_as_options(request: type[Request]) -> Iterator[None]:
     try:
         yield
     except RequestError as error:
-        lines: Sequence[str] = [
-            fault.spelled(
-                fault.field
-                if (field := request.model_fields.get(fault.field)) is None
-                or presentation_of(field).positional
-                else option_of(fault.field, field)
-            )
-            for fault in error.faults
-        ]
-        fail(*lines)
+        fail(*(spelled_as(fault, request, _spelled) for fault in error.faults))
+
+
+def _spelled(name: str, field: FieldInfo) -> str:
+    return name if presentation_of(field).positional else option_of(name, field)

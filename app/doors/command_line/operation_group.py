@@ -18,9 +18,15 @@ class OperationGroup(NounGroup):
     """
 
     def __init__(
-        self, noun: str, text: str, others: dict[str, click.Command] | None = None, **more: Any
+        self,
+        noun: str,
+        text: str,
+        others: dict[str, click.Command] | None = None,
+        *,
+        otherwise: str | None = None,
+        **more: Any,
     ) -> None:
-        self.noun = noun
+        self.noun, self.otherwise = noun, otherwise
         self._operations = commands_of_noun(noun)
         listing = self.get_command_of("list") if "list" in self._operations else None
         if listing is not None and any(isinstance(part, click.Argument) for part in listing.params):

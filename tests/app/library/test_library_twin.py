@@ -14,11 +14,13 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.command_line.operation_command import command_of
 from pyroshock.app.library.laboratory_twin import LaboratoryTwin
+from pyroshock.app.operations.predict.predict import PREDICT
 from pyroshock.app.operations.predict.service import ShotPrediction
 from support.stores.stores import pyroshock
 
+predict = command_of(PREDICT)
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
 FEW = 8
@@ -206,7 +208,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(
     ("predict", {"tank_pressure": 1e5, "velocity": 2.0},
      "velocity and tank_pressure: expected one of them"),
     ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
-    ("predict", {"draws": -1}, "draws is -1; expected 0"),
+    ("predict", {"draws": -1}, "draws is -1; expected a whole number from 0"),
     ("predict", {"factors": {"colour": "red"}},
      "colour = red: no stage of this twin uses it; the contact is the"),
     ("twin", {"q": 0.5}, "q is 0.5; expected"),

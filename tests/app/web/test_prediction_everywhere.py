@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import format_interval
+from pyroshock.app.operations.predict.controls import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.twin_cache import TwinCache
-from pyroshock.app.web.predicted_shots import VELOCITY_M_S
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import Prediction, RestsOn
