@@ -152,7 +152,7 @@ def answered(twins: TwinCache, question: PredictionRequest, store: Store) -> dic
         },
         "numbers": [_number_row(row) for row in quantity_rows(prediction)],
         "nearest": nearest_rows(wanted, near),
-        "basis": velocity_basis(built, prediction.setting.tank_pressure_pa),
+        "basis": str(velocity_basis(built, prediction.setting.tank_pressure_pa) or ""),
         "beside": field_warnings(prediction),
         "link": "/twin" + query(texts_of(question)),
         "seconds": time.perf_counter() - begun,

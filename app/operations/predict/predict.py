@@ -158,6 +158,5 @@ TWIN: Operation[PredictionRequest, TwinControls] = Operation(
     absent={
         "command": "The help of `predict` says what can be set.",
         "form": "The page of the twin shows them as its controls.",
-        "python": "The twin of the library says what it is made of.",
     },
 )

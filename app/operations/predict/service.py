@@ -39,7 +39,7 @@ from .figures import prediction_figure
 from .predicting import prediction_json
 from .request import ShotRequest
 from .tables import quantity_rows, spectrum_rows
-from .validity import domain_sentences, extrapolation_rows, warning_sentences
+from .validity import beyond_rows, domain_sentences, warning_sentences
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -264,7 +264,7 @@ class ShotPrediction(Result):
 
     def tables(self) -> Sequence[ResultTable]:
         """The numbers, the spectra, what lies beyond the learned shots, and what answered."""
-        beyond = extrapolation_rows(self.prediction)
+        beyond = beyond_rows(self.prediction)
         models = self.prediction.models.items()
         return (
             ResultTable("This shot, with 90 % bands", list(quantity_rows(self.prediction))),
@@ -273,7 +273,7 @@ class ShotPrediction(Result):
                 list(spectrum_rows(self.prediction)),
                 "no plate: no spectrum",
             ),
-            *([ResultTable("Beyond the shots that were learned from", beyond)] if beyond else ()),
+            *([ResultTable("Beyond what is known", beyond)] if beyond else ()),
             ResultTable(
                 "What answered",
                 [{"stage": stage, "answered": answer} for stage, answer in models],

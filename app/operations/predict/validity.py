@@ -3,7 +3,8 @@ learned from, outside of the domain of the contact, beyond the limits of the ben
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import nullcontext
 from typing import Any
 
 from ....dataset.validity_limits import BETWEEN_LEVELS
@@ -76,20 +77,6 @@ def extrapolation_sentence(item: Extrapolation) -> Sentence:
     )
 
 
-def extrapolation_rows(prediction: Prediction) -> list[dict[str, Any]]:
-    """A row for each quantity beyond what was learned."""
-    return [
-        {
-            "quantity": display_of(key_of_quantity(item.quantity)).label,
-            "unit": display_of(key_of_quantity(item.quantity)).unit,
-            "asked for": _number(item.quantity, item.asked).cell,
-            "learned from": _number(item.quantity, item.low).cell,
-            "to": _number(item.quantity, item.high).cell,
-        }
-        for item in extrapolations(prediction)
-    ]
-
-
 def field_warnings(prediction: Prediction) -> dict[str, str]:
     """Sentences by the field of `ShotRequest` that sets the quantity, for those that a field
     sets."""
@@ -147,13 +134,9 @@ def outside_sentence(item: OutOfDomain, contact: str) -> Sentence:
     return sentence("{label} {value} {reason}; {model} was trained on {range}.", **shown)
 
 
-def bench_limit_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
-    """Limits of the shipped bench that the shot is beyond, but for a pressure that was shot on this
-    bench.
-
-    A campaign states no other limits of its bench in the store: a shot beyond them is answered,
-    with this sentence.
-    """
+def _exceeded_pressure(prediction: Prediction) -> tuple[float, float] | None:
+    """The pressure of a shot and the highest one of the shipped bench, where it is beyond that and
+    was not shot on this bench."""
     from ....doe.limits.bench import BenchLimits
 
     pressure, limits = prediction.setting.tank_pressure_pa, BenchLimits()
@@ -162,7 +145,20 @@ def bench_limit_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
     )
     beyond_shots = any(_base(item.quantity) == "tank_pressure" for item in prediction.extrapolation)
     if pressure is None or pressure <= highest or (prediction.rests_on.shots and not beyond_shots):
+        return None
+    return pressure, highest
+
+
+def bench_limit_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
+    """Limits of the shipped bench that the shot is beyond, but for a pressure that was shot on this
+    bench.
+
+    A campaign states no other limits of its bench in the store: a shot beyond them is answered,
+    with this sentence.
+    """
+    if (exceeded := _exceeded_pressure(prediction)) is None:
         return ()
+    pressure, highest = exceeded
     claim = sentence(
         "{label} {pressure} is beyond the bench, whose regulator gives {highest} at most: such a "
         "shot cannot be fired.",
@@ -178,14 +174,14 @@ def bench_limit_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
 def domain_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
     """What lies outside of the bench's limits and of the contact's domain, but for quantities that
     an extrapolation names already."""
-    return (*bench_limit_sentences(prediction), *_outside(prediction))
+    contact = prediction.models["contact"]
+    outside = (outside_sentence(item, contact) for item in _outside(prediction))
+    return (*bench_limit_sentences(prediction), *outside)
 
 
-def _outside(prediction: Prediction) -> Iterator[Sentence]:
+def _outside(prediction: Prediction) -> list[OutOfDomain]:
     beyond = {_base(item.quantity) for item in prediction.extrapolation}
-    for item in prediction.outside:
-        if _base(item.predictor) not in beyond:
-            yield outside_sentence(item, prediction.models["contact"])
+    return [item for item in prediction.outside if _base(item.predictor) not in beyond]
 
 
 def warning_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
@@ -195,3 +191,27 @@ def warning_sentences(prediction: Prediction) -> tuple[Sentence, ...]:
         *map(extrapolation_sentence, extrapolations(prediction)),
         *domain_sentences(prediction),
     )
+
+
+def beyond_rows(prediction: Prediction) -> list[dict[str, Any]]:
+    """A row for each quantity that a warning is about: what is asked for, and what is known."""
+    rows = [
+        _beyond_row(item.quantity, item.asked, item.low, item.high)
+        for item in extrapolations(prediction)
+    ]
+    if (exceeded := _exceeded_pressure(prediction)) is not None:
+        rows.append(_beyond_row("tank_pressure_pa", exceeded[0], "", exceeded[1]))
+    for item in _outside(prediction):
+        ends = (item.ends[0], item.ends[-1]) if item.ends else (item.range, "")
+        with nullcontext() if item.reason else shown_in("si"):
+            rows.append(_beyond_row(item.predictor, item.value, *ends))
+    return rows
+
+
+def _beyond_row(name: str, *cells: float | str) -> dict[str, Any]:
+    shown = display_of(key_of_quantity(name))
+    value, low, high = (
+        part if isinstance(part, str) else _number(name, part).cell for part in cells
+    )
+    limits = {"known from": low, "known to": high}
+    return {"quantity": shown.label, "unit": shown.unit, "asked for": value, **limits}
