@@ -222,14 +222,10 @@ class ExperimentStore:
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
         """Every registered version in a row, the newest first, with its errors; `in_use` says for
         which bench."""
-        from ...training.registry.listing import of_dataset
-        from ..common.model_registry import models_extra, registry_of
+        from ..operations.train.listed_models import MODEL_LIST
         from ..operations.train.service import versions_frame
 
-        with models_extra():
-            versions = registry_of(self.url).versions()
-            versions = versions if dataset is None else of_dataset(versions, dataset)
-            return versions_frame(version for version in versions if split in (None, version.split))
+        return versions_frame(self._ask(MODEL_LIST, dataset=dataset, split=split).versions)
 
     @raises_library_errors
     def model(self, name: str, *, split: str | None = None) -> StoredModel:

@@ -117,6 +117,12 @@ class Result:
         """The answer in pictures."""
         return ()
 
+    def write_figure(self, path: Path) -> None:
+        """Draw the first of the pictures into a file."""
+        from ..figures.matplotlib_renderer import write_figure
+
+        write_figure(self.figures()[0], path)
+
     def to_json(self) -> Any:
         """The answer for other programs: SI numbers, units in the keys."""
         raise NotImplementedError

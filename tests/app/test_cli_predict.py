@@ -149,16 +149,8 @@ def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
     )
     found = told(quick("--velocity", "8m/s", "--bench", "bench.toml", "--json"))
     assert {"left", "right"} < found["srs"].keys() and "bench.toml" in found["models"]["plate"]
-    result = quick(
-        "--velocity",
-        "8m/s",
-        "--sensor-at",
-        "0.2,0.2",
-        "--sensor-at",
-        "0.7,0.4",
-        "--impact-at",
-        "0.4,0.3",
-    )
+    places = "--sensor-at 0.2,0.2 --sensor-at 0.7,0.4 --impact-at 0.4,0.3"
+    result = quick("--velocity", "8m/s", *places.split())
     assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
     (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
     found = told(
@@ -358,18 +350,8 @@ def test_every_row_is_what_predict_says_of_it_alone_and_a_plan_has_its_plates(la
 
 def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(lab):
     for jobs in ("1", "2"):
-        run_table(
-            "--shots",
-            "shots.csv",
-            "--jobs",
-            jobs,
-            "--out",
-            f"{jobs}.csv",
-            "--spectra",
-            f"{jobs}s.csv",
-            "--draws",
-            "8",
-        )
+        files = f"--out {jobs}.csv --spectra {jobs}s.csv"
+        run_table(*f"--shots shots.csv --jobs {jobs} {files} --draws 8".split())
     assert (lab / "1.csv").read_bytes() == (lab / "2.csv").read_bytes()
     assert (lab / "1s.csv").read_bytes() == (lab / "2s.csv").read_bytes()
     rows = list(csv.DictReader((lab / "1.csv").read_text().splitlines()))

@@ -195,6 +195,18 @@ class PredictedShots(Result):
         """All figures of each shot, and the lines of its spectra."""
         return [finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in self.shots]
 
+    def write_figures(self, path: Path) -> None:
+        """One row for each shot, CSV or Parquet. Raises `ValueError` for another suffix."""
+        write_batches(path, iter([_columns([shot.figures for shot in self.shots])]))
+
+    def write_spectra(self, path: Path) -> None:
+        """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where
+        no plate answered."""
+        rows = [row for shot in self.shots for row in shot.spectrum]
+        if not rows:
+            raise ValueError(f"no spectrum to write to {path.name!r}: the twin has no plate")
+        write_batches(path, iter([_columns(rows)]))
+
     def next_command(self) -> Sequence[str]:
         """The run sheet of the plan."""
         return ("plan", "sheet", self.plan, "--out", f"{self.plan}.html") if self.plan else ()
@@ -260,20 +272,6 @@ def predict_batch(
         predicted_by_row[number[0]] = result
         step(len(predicted_by_row), len(rows), _name(number[1]))
     return [predicted_by_row[number] for number in range(len(rows))]
-
-
-def write_figures(out: Path, shots: Sequence[PredictedShot]) -> int:
-    """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
-    return write_batches(out, iter([_columns([shot.figures for shot in shots])]))
-
-
-def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
-    """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no
-    plate answered."""
-    rows = [row for shot in shots for row in shot.spectrum]
-    if not rows:
-        raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")
-    return write_batches(out, iter([_columns(rows)]))
 
 
 def _predict_row(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:

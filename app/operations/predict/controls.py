@@ -12,7 +12,7 @@ from ....schema.known_factors import CHAIN_PITCH_M
 from ....twin.setting import BOUNDARY_CONDITIONS, INSULATORS
 from ...common.quantities import display_of
 from ...twins.benches import LEAST_PRESSURE_PA
-from .factors import is_used
+from .factors import is_used, registered_contact
 from .request import NONE, TANK_PRESSURE_PA, ShotRequest
 
 if TYPE_CHECKING:
@@ -160,10 +160,8 @@ def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) 
 def _seen_in_training(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds
     everywhere."""
-    from ....training.registry.contact_stage import RegisteredContact
-
-    contact = built.twin.contact
-    if not isinstance(contact, RegisteredContact):
+    contact = registered_contact(built)
+    if contact is None:
         return {}
     return dict(zip(contact.predictor_set.sources, contact.registered.domain.limits, strict=True))
 

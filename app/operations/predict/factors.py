@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ....schema.session import Store
+    from ....training.registry.contact_stage import RegisteredContact
     from ...twins.building import BuiltTwin
 
 #: A factor as it is given: a number in SI, or a word.
@@ -32,7 +33,9 @@ def factor_value(text: str) -> Value:
 
 def is_used(built: BuiltTwin, factor: str) -> bool:
     """Whether a predictor of the twin's contact model is read from this factor."""
-    return _SOURCES.get(factor, f"factor.{factor}") in _sources(built)
+    contact = registered_contact(built)
+    source = _SOURCES.get(factor, f"factor.{factor}")
+    return contact is not None and source in contact.predictor_set.sources
 
 
 def check_used(
@@ -77,11 +80,12 @@ def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
     return column in of_store or column in TRAVEL or resembled(column) is not None
 
 
-def _sources(built: BuiltTwin) -> tuple[str, ...]:
+def registered_contact(built: BuiltTwin) -> RegisteredContact | None:
+    """The registered model that answers for the contact; None where a law does."""
     from ....training.registry.contact_stage import RegisteredContact
 
     contact = built.twin.contact
-    return contact.predictor_set.sources if isinstance(contact, RegisteredContact) else ()
+    return contact if isinstance(contact, RegisteredContact) else None
 
 
 def _why(ignored: Collection[str]) -> str:
@@ -96,12 +100,10 @@ def _why(ignored: Collection[str]) -> str:
 
 
 def _contact_inputs(built: BuiltTwin) -> str:
-    from ....training.registry.contact_stage import RegisteredContact
-
-    contact = built.twin.contact
-    if not isinstance(contact, RegisteredContact):
+    contact = registered_contact(built)
+    if contact is None:
         return (
-            f"the contact is the law {contact.label!r}; --contact NAME@VERSION "
+            f"the contact is the law {built.twin.contact.label!r}; --contact NAME@VERSION "
             f"chooses a model that learned from it"
         )
     names = ", ".join(predictor.name for predictor in contact.predictor_set.predictors)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..laboratory import Laboratory
@@ -48,24 +47,6 @@ def _table(
     return PredictedShots(shots, remarks, request.plan)
 
 
-def _plot(prediction: ShotPrediction, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(prediction.figure(), path)
-
-
-def _write_figures(predicted: PredictedShots, path: Path) -> None:
-    from .batch import write_figures
-
-    write_figures(path, predicted.shots)
-
-
-def _write_spectra(predicted: PredictedShots, path: Path) -> None:
-    from .batch import write_spectra
-
-    write_spectra(path, predicted.shots)
-
-
 def _needs_table(request: PredictionsRequest) -> str:
     if request.is_table:
         return ""
@@ -76,7 +57,6 @@ def _needs_one_shot(request: PredictionsRequest) -> str:
     return "--plot: of one shot; with --plan or --shots leave it out" if request.is_table else ""
 
 
-_WORKERS = "Set the number of processes, for many shots."
 _TABLES = (".csv", ".parquet")
 
 PREDICT: Operation[PredictionsRequest, Any] = Operation(
@@ -99,18 +79,18 @@ no stage uses is an error.""",
     steps="shots",
     needs_store=False,
     without_store="the bench that ships with the software",
-    workers=_WORKERS,
+    workers="Set the number of processes, for many shots.",
     outputs=(
         Output(
             "plot",
             "Draw the prediction into FILE (.png, .svg, .pdf).",
-            _plot,
+            Result.write_figure,
             refused=_needs_one_shot,
         ),
         Output(
             "out",
             "Write the predicted figures of many shots to FILE.csv or FILE.parquet.",
-            _write_figures,
+            lambda predicted, path: predicted.write_figures(path),
             _TABLES,
             in_place_of_tables=True,
             refused=_needs_table,
@@ -118,7 +98,7 @@ no stage uses is an error.""",
         Output(
             "spectra",
             "Write the predicted spectra of many shots to FILE.csv or FILE.parquet.",
-            _write_spectra,
+            lambda predicted, path: predicted.write_spectra(path),
             _TABLES,
             refused=_needs_table,
         ),

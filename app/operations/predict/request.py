@@ -42,6 +42,8 @@ TANK_PRESSURE_PA = 5e5
 DRAWS = 64
 #: A table of shots from another machine has so many bytes at most: the answer is waited for.
 _MOST_NETWORK_BYTES = 100_000
+#: So many draws are answered within a second.
+_MOST_NETWORK_DRAWS = 1024
 #: Factors of the thesis that are given by fields of their own, or whose part the velocity takes.
 _OWN_FIELDS = frozenset(BY_NAME) - {"hammer_speed"}
 
@@ -50,6 +52,12 @@ def _option(name: str, metavar: str, completion: str = "") -> Presentation:
     """A field whose name has its unit or its noun, where commands and Python keep a shorter one."""
     argument = name.replace("-", "_")
     return Presentation(metavar=metavar, completion=completion, option=name, argument=argument)
+
+
+def _quantity(default: float | None, option: str, example: str, help: str) -> Any:
+    """A number with a unit; without one it is SI where the name of its field says so."""
+    shown = _option(option, example)
+    return request_field(default, help=help, example=example, presentation=shown)
 
 
 def _factor(field_name: str, name: str, value: Any) -> Value:
@@ -74,9 +82,19 @@ def _valve_profile(value: Any, info: ValidationInfo) -> Any:
     return str(ValveProfile.read(Path(text)) if named else ValveProfile.parse(text))
 
 
+_Pressure = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
+_Velocity = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
+_Mass = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
+_Radius = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
+_Height = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
 _ValveProfile = Annotated[str, BeforeValidator(_valve_profile), Field(max_length=2000)]
 
 
+_Pressure = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
+_Velocity = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
+_Mass = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
+_Radius = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
+_Height = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
 _ValveProfile = Annotated[str, BeforeValidator(_valve_profile), Field(max_length=2000)]
 
 
@@ -89,40 +107,31 @@ class ShotRequest(Request):
     any bench.
     """
 
-    tank_pressure_pa: Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)] | None = (  # type: ignore[valid-type]
-        request_field(
-            None,
-            help="Set the gauge pressure in the tank of the gun. [default: 5bar]",
-            example="5bar",
-            presentation=_option("tank-pressure", "5bar"),
-        )
+    tank_pressure_pa: _Pressure | None = _quantity(  # type: ignore[valid-type]
+        None,
+        "tank-pressure",
+        "5bar",
+        "Set the gauge pressure in the tank of the gun. [default: 5bar]",
     )
-    impact_velocity_m_s: Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)] | None = (  # type: ignore[valid-type]
-        request_field(
-            None,
-            help="Set the velocity of the bullet before contact, in place of the gun.",
-            example="20m/s",
-            presentation=_option("velocity", "20m/s"),
-        )
+    impact_velocity_m_s: _Velocity | None = _quantity(  # type: ignore[valid-type]
+        None,
+        "velocity",
+        "20m/s",
+        "Set the velocity of the bullet before contact, in place of the gun.",
     )
-    bullet_mass_kg: Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)] | None = (  # type: ignore[valid-type]
-        request_field(
-            None,
-            help="Set the mass of the bullet. [default: 0.5kg, or the hammer of a hammer campaign]",
-            example="0.5kg",
-            presentation=_option("bullet-mass", "0.5kg"),
-        )
+    bullet_mass_kg: _Mass | None = _quantity(  # type: ignore[valid-type]
+        None,
+        "bullet-mass",
+        "0.5kg",
+        "Set the mass of the bullet. [default: 0.5kg, or the hammer of a hammer campaign]",
     )
     tip_material: Word = request_field(
         "steel",
         help="Name the material of the tip.",
         presentation=_option("tip", "MATERIAL", "material_names"),
     )
-    tip_radius_m: Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)] = request_field(  # type: ignore[valid-type]
-        0.045,
-        help="Set the radius of the ball of the tip. [default: 45mm]",
-        example="45mm",
-        presentation=_option("tip-radius", "45mm"),
+    tip_radius_m: _Radius = _quantity(  # type: ignore[valid-type]
+        0.045, "tip-radius", "45mm", "Set the radius of the ball of the tip. [default: 45mm]"
     )
     anvil_material: Word = request_field(
         NONE,
@@ -206,6 +215,14 @@ class BandDraws(Request):
         "shot alone.",
     )
     seed: Seed = request_field(0, help="Set the seed of the random draws.")
+
+    @field_validator("draws")
+    @classmethod
+    def _is_soon_answered(cls, draws: int, info: ValidationInfo) -> int:
+        if source_of(info) == "network" and draws > _MOST_NETWORK_DRAWS:
+            most = f"{_MOST_NETWORK_DRAWS:,} over a network"
+            raise ValueError(f"draws is {draws}; expected at most {most}")
+        return draws
 
 
 class DrawnShot(BandDraws, ShotRequest):
@@ -300,11 +317,11 @@ class TwinOptions(TwinFields):
         help="Solve contact and plate together, which matters for thin plates and soft tips. The "
         "contact is prior or hertz.",
     )
-    chain_height_m: Annotated[quantity("m", named=True), Field(ge=-10, le=10)] = request_field(  # type: ignore[valid-type]
+    chain_height_m: _Height = _quantity(  # type: ignore[valid-type]
         0.0,
-        help="Say by how much the chain lifts the plate; a link is 56 mm. [default: 0 mm]",
-        example="112mm",
-        presentation=_option("chain-height", "112mm"),
+        "chain-height",
+        "112mm",
+        "Say by how much the chain lifts the plate; a link is 56 mm. [default: 0 mm]",
     )
     frequencies: Annotated[str, BeforeValidator(_frequencies), Field(max_length=100_000)] = (
         request_field(

@@ -214,4 +214,4 @@ def _beyond_row(name: str, *cells: float | str) -> dict[str, Any]:
         part if isinstance(part, str) else _number(name, part).cell for part in cells
     )
     limits = {"known from": low, "known to": high}
-    return {"quantity": shown.label, "unit": shown.unit, "asked for": value, **limits}
+    return {"asked for": value, "unit": shown.unit, "quantity": shown.label, **limits}

@@ -67,19 +67,9 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(
         frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25
     )
-    words = (
-        "--contact",
-        "hertz",
-        "--coupled",
-        "--sensor-at",
-        "0.3,0.3",
-        "--sensor-at",
-        "0.6,0.3",
-        "--q",
-        "25",
-    )
+    words = "--contact hertz --coupled --sensor-at 0.3,0.3 --sensor-at 0.6,0.3 --q 25"
     shot = twin.predict(velocity=2.0, draws=FEW)
-    assert shot.to_json() == printed("--velocity", "2m/s", *words)
+    assert shot.to_json() == printed("--velocity", "2m/s", *words.split())
     with pytest.raises(ps.NotFoundError, match="no sensor 'roof'"):
         shot.srs["roof"]
 
@@ -265,19 +255,8 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(
 ) -> None:
     plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1).to_frame()
     twin = store.twin(campaign="first-shots", frequencies="200:400:3")
-    words = (
-        "--plan",
-        "summer",
-        "--campaign",
-        "first-shots",
-        "--db",
-        url,
-        "--frequencies",
-        "200:400:3",
-        "--draws",
-        "4",
-    )
-    result = CliRunner().invoke(predict, [*words, "--json"])
+    words = "--plan summer --campaign first-shots --frequencies 200:400:3 --draws 4 --json --db"
+    result = CliRunner().invoke(predict, [*words.split(), url])
     assert result.exit_code == 0, result.stderr
     expected = pd.DataFrame(json.loads(result.stdout))
     found = twin.predict_many(plan, draws=4, progress=False)
