@@ -35,10 +35,11 @@ def _table(
 ) -> PredictedShots:
     from .batch import PredictedShots, bench_of_rows, predict_batch, rows_of_plan, rows_of_text
 
-    if request.plan is None:
-        rows = rows_of_text(request.shots)
-    else:
+    if request.plan is not None:
         rows = rows_of_plan(laboratory.store, request.plan)
+    else:
+        assert request.shots is not None
+        rows = rows_of_text(request.shots)
     with request.twin_request() as twin:
         bench, rows, remarks = bench_of_rows(
             laboratory.store, laboratory.twin, twin, rows, request.draws, request.seed

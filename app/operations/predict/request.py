@@ -82,19 +82,11 @@ def _valve_profile(value: Any, info: ValidationInfo) -> Any:
     return str(ValveProfile.read(Path(text)) if named else ValveProfile.parse(text))
 
 
-_Pressure = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
-_Velocity = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
-_Mass = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
-_Radius = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
-_Height = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
-_ValveProfile = Annotated[str, BeforeValidator(_valve_profile), Field(max_length=2000)]
-
-
-_Pressure = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
-_Velocity = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
-_Mass = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
-_Radius = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
-_Height = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
+_Pressure: Any = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
+_Velocity: Any = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
+_Mass: Any = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
+_Radius: Any = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
+_Height: Any = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
 _ValveProfile = Annotated[str, BeforeValidator(_valve_profile), Field(max_length=2000)]
 
 
@@ -107,19 +99,19 @@ class ShotRequest(Request):
     any bench.
     """
 
-    tank_pressure_pa: _Pressure | None = _quantity(  # type: ignore[valid-type]
+    tank_pressure_pa: _Pressure | None = _quantity(
         None,
         "tank-pressure",
         "5bar",
         "Set the gauge pressure in the tank of the gun. [default: 5bar]",
     )
-    impact_velocity_m_s: _Velocity | None = _quantity(  # type: ignore[valid-type]
+    impact_velocity_m_s: _Velocity | None = _quantity(
         None,
         "velocity",
         "20m/s",
         "Set the velocity of the bullet before contact, in place of the gun.",
     )
-    bullet_mass_kg: _Mass | None = _quantity(  # type: ignore[valid-type]
+    bullet_mass_kg: _Mass | None = _quantity(
         None,
         "bullet-mass",
         "0.5kg",
@@ -130,7 +122,7 @@ class ShotRequest(Request):
         help="Name the material of the tip.",
         presentation=_option("tip", "MATERIAL", "material_names"),
     )
-    tip_radius_m: _Radius = _quantity(  # type: ignore[valid-type]
+    tip_radius_m: _Radius = _quantity(
         0.045, "tip-radius", "45mm", "Set the radius of the ball of the tip. [default: 45mm]"
     )
     anvil_material: Word = request_field(
@@ -317,7 +309,7 @@ class TwinOptions(TwinFields):
         help="Solve contact and plate together, which matters for thin plates and soft tips. The "
         "contact is prior or hertz.",
     )
-    chain_height_m: _Height = _quantity(  # type: ignore[valid-type]
+    chain_height_m: _Height = _quantity(
         0.0,
         "chain-height",
         "112mm",
