@@ -194,10 +194,7 @@ def display_of_predictor(name: str, unit: str | None) -> Display:
 def display_of_unit(unit: str) -> Display:
     """How a channel in this SI unit is shown: `m/s2` in g, `N` in kN; a unit that is not known
     stays as it is."""
-    endings = {"m/s2": "_m_s2", "m/s": "_m_s", "N": "_n", "Pa": "_pa", "m": "_m", "s": "_s"}
-    if unit in endings:
-        return display_of(f"channel{endings[unit]}")
-    return Display("channel", "1" if unit == "dimensionless" else unit, 1.0)
+    return Display("channel", *(("1", 1.0) if unit == "dimensionless" else shown_unit(unit)))
 
 
 def si_unit_of(key: str) -> str:

@@ -15,12 +15,14 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 @dataclass(frozen=True)
 class UnitEnding:
     """`unit` of a name with this `ending`, and `shown`, the unit of the bench, of which one unit is
-    `scale`. Empty: headings spell the name as it is."""
+    `scale`. Empty: headings spell the name as it is. `nouns` end the names of predictors in this
+    unit, which have no ending."""
 
     ending: str
     unit: str
     shown: str = ""
     scale: float = 1.0
+    nouns: tuple[str, ...] = ()
 
     @property
     def plain(self) -> str:
@@ -32,25 +34,25 @@ class UnitEnding:
 UNIT_ENDINGS: tuple[UnitEnding, ...] = (
     UnitEnding("_v_per_unit", "V/unit"),
     UnitEnding("_m2_s3", "m²/s³", "m²/s³"),
-    UnitEnding("_kg_m3", "kg/m³", "kg/m³"),
+    UnitEnding("_kg_m3", "kg/m³", "kg/m³", nouns=("density",)),
     UnitEnding("_bytes", "B"),
     UnitEnding("_m_s2", "m/s²", "g", 1 / STANDARD_GRAVITY_M_S2),
     UnitEnding("_kg_s", "kg/s"),
-    UnitEnding("_m_s", "m/s", "m/s"),
+    UnitEnding("_m_s", "m/s", "m/s", nouns=("velocity",)),
     UnitEnding("_n_s", "N s", "N s"),
     UnitEnding("_n_m", "N/m"),
     UnitEnding("_mb", "MB"),
     UnitEnding("_hz", "Hz", "Hz"),
     UnitEnding("_db", "dB", "dB"),
-    UnitEnding("_kg", "kg", "kg"),
-    UnitEnding("_pa", "Pa", "bar", 1e-5),
+    UnitEnding("_kg", "kg", "kg", nouns=("mass",)),
+    UnitEnding("_pa", "Pa", "bar", 1e-5, ("pressure", "modulus", "strength")),
     UnitEnding("_m3", "m³"),
     UnitEnding("_m2", "m²"),
     UnitEnding("_mm", "mm"),
     UnitEnding("_nm", "N m"),
     UnitEnding("_s", "s", "ms", 1e3),
     UnitEnding("_n", "N", "kN", 1e-3),
-    UnitEnding("_m", "m", "mm", 1e3),
+    UnitEnding("_m", "m", "mm", 1e3, ("radius", "thickness")),
     UnitEnding("_j", "J"),
     UnitEnding("_k", "K"),
     UnitEnding("_v", "V"),
@@ -68,3 +70,11 @@ def unit_ending(name: str) -> UnitEnding | None:
         ),
         None,
     )
+
+
+def key_of_quantity(name: str) -> str:
+    """A quantity with its unit at the end: `tip_radius_m` of `tip_radius`, which is a predictor."""
+    if unit_ending(name) is not None:
+        return name
+    noun = name.rpartition("_")[2]
+    return name + next((entry.ending for entry in UNIT_ENDINGS if noun in entry.nouns), "")

@@ -14,7 +14,7 @@ from ..common.number_format import finite
 from ..operations.catalogue import topic_of
 from ..operations.faults import Fault, RequestError, read, read_variant
 from ..operations.fields import without_presentation
-from ..operations.operation import Operation, Request
+from ..operations.operation import Asked, Operation, Request
 from ..web.dependencies import InLaboratory, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
@@ -23,7 +23,12 @@ from ..web.jobs import ask_operation
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
     """Offer an operation below /api: the answer as JSON, or the job that works on it."""
     method, address = operation.route or ("POST", f"/{operation.name}")
+    _add(router, operation, method, address)
+    if operation.also_posted:
+        _add(router, operation, "POST", address)
 
+
+def _add(router: APIRouter, operation: Operation[Any, Any], method: str, address: str) -> None:
     def endpoint(
         http: HttpRequest,
         body: Annotated[bytes, Depends(_body)],
@@ -77,6 +82,11 @@ def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise RequestError([Fault("", f"the body is {type(values).__name__}; expected an object")])
     return values
+
+
+def read_query(request: type[Asked], http: HttpRequest) -> Asked:
+    """The request in the query of an address. Raises `RequestError`."""
+    return read(request, _sent(http, "GET", b""), "network")
 
 
 def _no_number(constant: str) -> Any:

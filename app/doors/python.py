@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, cast
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from pydantic_core import PydanticUndefined
 
 from ..common.errors import library_errors
 from ..common.frames import step_bar
-from ..operations.faults import read
+from ..operations.faults import argument_of, read_arguments
 from ..operations.fields import presentation_of
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Answer, Asked, Operation, Request
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
         def store(self) -> Store: ...
         @property
         def url(self) -> str: ...
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class PythonMethod(Generic[Answer]):
@@ -66,7 +69,7 @@ class PythonMethod(Generic[Answer]):
             raise TypeError(f"{takes}, {len(args)} were given")
         processes = given.pop("jobs", None) if self.operation.processes else None
         values = {**dict(zip(places, args, strict=False)), **given}
-        request = read(self.request, values, "python")
+        request = read_arguments(self.request, values)
         laboratory = Laboratory(owner.store, owner.url, processes=processes)
         return answer_of(self.operation, request, laboratory, progress)
 
@@ -85,6 +88,19 @@ def answer_of(
         return operation.answer(request, laboratory, step)
 
 
+def with_arguments_of(request: type[Request]) -> Callable[[Function], Function]:
+    """Give a function with `**arguments` the signature and the parameters of a request."""
+
+    def documented(function: Function) -> Function:
+        stated = inspect.signature(function).parameters.values()
+        own = [part for part in stated if part.kind is not inspect.Parameter.VAR_KEYWORD]
+        function.__dict__["__signature__"] = inspect.Signature([*own, *_parameters(request)])
+        function.__doc__ = f"{inspect.getdoc(function)}\n\n{_rows(request)}"
+        return function
+
+    return documented
+
+
 def positional_fields(request: type[Request]) -> list[str]:
     """Fields that may be given without their names, in their order."""
     fields = request.model_fields.items()
@@ -93,10 +109,17 @@ def positional_fields(request: type[Request]) -> list[str]:
 
 def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect.Signature:
     """The parameters of a request as a method of the operation has them."""
-    places = positional_fields(request)
     parameters = [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
-    ordered = [*places, *(name for name in request.model_fields if name not in places)]
-    for name in ordered:
+    parameters += _parameters(request)
+    if operation.processes:
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        parameters.append(inspect.Parameter("jobs", keyword, default=None))
+    return inspect.Signature(parameters)
+
+
+def _parameters(request: type[Request]) -> Iterator[inspect.Parameter]:
+    places = positional_fields(request)
+    for name in [*places, *(name for name in request.model_fields if name not in places)]:
         if name == "method":
             continue
         field = request.model_fields[name]
@@ -107,18 +130,19 @@ def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect
         )
         drawn = None if field.default is PydanticUndefined else field.default
         default = inspect.Parameter.empty if field.is_required() else drawn
-        parameters.append(inspect.Parameter(name, kind, default=default))
-    if operation.processes:
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        parameters.append(inspect.Parameter("jobs", keyword, default=None))
-    return inspect.Signature(parameters)
+        yield inspect.Parameter(argument_of(name, field), kind, default=default)
 
 
 def documentation(request: type[Request], operation: Operation[Any, Any]) -> str:
     """A docstring with a section of parameters: help, unit, bounds and default of each."""
     text = (request.__doc__ if operation.variants else operation.help) or operation.help
     lines = [" ".join(part.split()) for part in text.split("\n\n")]
-    rows = []
+    jobs = f"\n    jobs: {operation.processes}" if operation.processes else ""
+    return "\n\n".join([*lines, _rows(request)]) + jobs
+
+
+def _rows(request: type[Request]) -> str:
+    rows = ["Parameters:"]
     for name, field in request.model_fields.items():
         if name == "method":
             continue
@@ -127,7 +151,5 @@ def documentation(request: type[Request], operation: Operation[Any, Any]) -> str
         if not field.is_required() and field.default not in (PydanticUndefined, None, "", (), {}):
             facts.append(f"default {field.default}")
         aside = f" ({'; '.join(facts)})" if facts else ""
-        rows.append(f"    {name}: {field.description}{aside}")
-    if operation.processes:
-        rows.append(f"    jobs: {operation.processes}")
-    return "\n\n".join(lines) + "\n\nParameters:\n" + "\n".join(rows)
+        rows.append(f"    {argument_of(name, field)}: {field.description}{aside}")
+    return "\n".join(rows)

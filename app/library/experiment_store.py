@@ -12,7 +12,7 @@ from ...schema.addresses import address_for_display
 from ...schema.session import Store, Writer, open_store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, titled_table
-from ..doors.python import PythonMethod, answer_of
+from ..doors.python import PythonMethod, answer_of, with_arguments_of
 from ..operations.diagnose.adopt import ADOPT
 from ..operations.diagnose.blind_check import BLIND_CHECK, BlindCheckRequest
 from ..operations.diagnose.delete import DELETE_DIAGNOSIS
@@ -26,6 +26,7 @@ from ..operations.ingest.folder import INGEST
 from ..operations.ingest.request import FolderIngest
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Answer, Operation
+from ..operations.predict.request import TwinOptions
 from ..operations.store.integrity import DB_CHECK, StoreCheck
 from ..operations.validate.request import ValidationRequest
 from ..operations.validate.validating import VALIDATE
@@ -33,10 +34,8 @@ from ..operations.validate.validating import VALIDATE
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..common.frames import Quantity
     from ..operations.diagnose.service import GapDiagnosis
     from ..operations.impacts.service import ForcePulse, StoredRecording
-    from ..operations.predict.arguments import EffectsLike
     from ..operations.train.contact_model import StoredModel
     from ..operations.train.service import (
         FrozenDataset,
@@ -222,14 +221,10 @@ class ExperimentStore:
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
         """Every registered version in a row, the newest first, with its errors; `in_use` says for
         which bench."""
-        from ...training.registry.listing import of_dataset
-        from ..common.model_registry import models_extra, registry_of
+        from ..operations.train.listed_models import MODEL_LIST
         from ..operations.train.service import versions_frame
 
-        with models_extra():
-            versions = registry_of(self.url).versions()
-            versions = versions if dataset is None else of_dataset(versions, dataset)
-            return versions_frame(version for version in versions if split in (None, version.split))
+        return versions_frame(self._ask(MODEL_LIST, dataset=dataset, split=split).versions)
 
     @raises_library_errors
     def model(self, name: str, *, split: str | None = None) -> StoredModel:
@@ -272,52 +267,20 @@ class ExperimentStore:
 
     # --- twin and diagnosis
 
+    @with_arguments_of(TwinOptions)
     @raises_library_errors
-    def twin(
-        self,
-        *,
-        campaign: str | None = None,
-        bench: str | os.PathLike[str] | None = None,
-        modes: str | os.PathLike[str] | None = None,
-        contact: str | None = None,
-        effects: EffectsLike = (),
-        plate: str | None = None,
-        impact_points: Sequence[tuple[float, float]] = (),
-        sensors: Sequence[tuple[float, float]] = (),
-        q: float = 10.0,
-        frequencies: str | Sequence[float] | None = None,
-        adopted: bool = True,
-        chain_height: Quantity = 0.0,
-        coupled: bool = False,
-    ) -> LaboratoryTwin:
+    def twin(self, **options: Any) -> LaboratoryTwin:
         """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured
         shots.
 
         `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in
         use. `effects` are ids of the catalogue, with parameters in SI ("plate.damping:factor=2"),
         or a diagnosis, whose likeliest cause acts; one given here goes before an adopted one of the
-        same id. `adopted` takes those that diagnoses have left to the bench. `impact_points` and
-        `sensors` are places on the plate in m, `frequencies` lines in Hz or "100:10000:6".
+        same id. `adopted` takes those that diagnoses have left to the bench.
         """
         from .laboratory_twin import laboratory_twin
 
-        return laboratory_twin(
-            self.store,
-            self.url,
-            campaign=campaign,
-            bench=bench,
-            modes=modes,
-            contact=contact,
-            effects=effects,
-            plate=plate,
-            impact_points=impact_points,
-            sensors=sensors,
-            q=q,
-            frequencies=frequencies,
-            adopted=adopted,
-            chain_height=chain_height,
-            coupled=coupled,
-        )
+        return laboratory_twin(self.store, self.url, **options)
 
     #: Each measured shot of a campaign beside a prediction of the twin that had not seen it.
     validate: PythonMethod[TwinValidation] = PythonMethod(ValidationRequest, VALIDATE)

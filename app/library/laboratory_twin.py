@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -11,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 from ..common.errors import argument_names, raises_library_errors
 from ..common.frames import facts_table, step_bar, with_units
 from ..common.model_registry import models_extra
-from ..operations.predict.arguments import effects_of, python_name, shot_of, twin_request
-from ..operations.predict.predicting import DRAWS, NONE, predict_shot
+from ..doors.python import with_arguments_of
+from ..operations.faults import read_arguments
+from ..operations.predict.predicting import predict_shot
+from ..operations.predict.request import DRAWS, DrawnShot, TwinOptions, effects_of
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from ...schema.session import Store
-    from ..common.frames import Quantity
-    from ..operations.predict.arguments import EffectsLike
+    from ..operations.predict.request import EffectsLike
     from ..operations.predict.service import ShotPrediction
     from ..operations.tune.service import TargetLike, TunedSettings
 
@@ -61,26 +60,10 @@ class LaboratoryTwin:
         """Names of the sensors on the plate."""
         return self.built.twin.sensor_names
 
+    @with_arguments_of(DrawnShot)
     @raises_library_errors
-    def predict(
-        self,
-        *,
-        tank_pressure: Quantity | None = None,
-        velocity: Quantity | None = None,
-        bullet_mass: Quantity | None = None,
-        tip: str = "steel",
-        tip_radius: Quantity = 0.045,
-        anvil: str = NONE,
-        insulator: str = NONE,
-        impact_position: str = "#1",
-        boundary_conditions: str | None = None,
-        valve_profile: str | None = None,
-        factors: Mapping[str, float | str] | None = None,
-        draws: int = DRAWS,
-        seed: int = 0,
-    ) -> ShotPrediction:
-        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random
-        shots.
+    def predict(self, **shot: Any) -> ShotPrediction:
+        """One shot: velocity, force, accelerations and spectra with 90 % bands.
 
         `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for
         it. Without either a gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The
@@ -88,23 +71,9 @@ class LaboratoryTwin:
         """
         from ..operations.predict.service import ShotPrediction
 
-        if draws < 0:
-            raise ValueError(f"draws is {draws!r}; expected 0 (the nominal shot alone) or more")
-        shot = shot_of(
-            python_name,
-            tank_pressure=tank_pressure,
-            velocity=velocity,
-            bullet_mass=bullet_mass,
-            tip=tip,
-            tip_radius=tip_radius,
-            anvil=anvil,
-            insulator=insulator,
-            impact_position=impact_position,
-            boundary_conditions=boundary_conditions,
-            valve_profile=valve_profile,
-            factors=factors,
-        )
-        return ShotPrediction(self.built, predict_shot(self.built, shot, draws=draws, seed=seed))
+        request = read_arguments(DrawnShot, shot)
+        draws, seed = request.draws, request.seed
+        return ShotPrediction(self.built, predict_shot(self.built, request, draws=draws, seed=seed))
 
     @raises_library_errors
     def predict_many(
@@ -133,7 +102,7 @@ class LaboratoryTwin:
 
         rows = shot_rows(shots)
         bench, rows, notes = bench_of_rows(
-            self._store, self._url, self.request, rows, draws, seed, self.built
+            self._store, self._twin_of, self.request, rows, draws, seed
         )
         with step_bar("predicting", "shots", progress) as step:
             predicted_shots = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
@@ -144,6 +113,9 @@ class LaboratoryTwin:
         table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
         table.attrs["notes"] = [argument_names(note) for note in notes]
         return table
+
+    def _twin_of(self, request: TwinRequest) -> BuiltTwin:
+        return self.built if request == self.request else _built(self._store, self._url, request)
 
     @raises_library_errors
     def tune(
@@ -183,7 +155,8 @@ class LaboratoryTwin:
         own = {effect.id for effect in added}
         others = tuple(effect for effect in self.request.effects if effect.id not in own)
         request = replace(self.request, effects=(*others, *added))
-        return _built_twin(self._store, self._url, request)
+        built = _built(self._store, self._url, request)
+        return LaboratoryTwin(built, self._store, self._url, request)
 
     def __repr__(self) -> str:
         return (
@@ -200,51 +173,25 @@ class LaboratoryTwin:
         return f"campaign {campaign}" if campaign else "the bench that ships with the software"
 
 
+@with_arguments_of(TwinOptions)
 @raises_library_errors
-def shipped_twin(
-    *,
-    bench: str | os.PathLike[str] | None = None,
-    modes: str | os.PathLike[str] | None = None,
-    contact: str | None = None,
-    effects: EffectsLike = (),
-    plate: str | None = None,
-    impact_points: Sequence[tuple[float, float]] = (),
-    sensors: Sequence[tuple[float, float]] = (),
-    q: float = 10.0,
-    frequencies: str | Sequence[float] | None = None,
-    chain_height: Quantity = 0.0,
-    coupled: bool = False,
-) -> LaboratoryTwin:
-    """The twin of the bench that ships with the software, without a store. Arguments as
-    `ExperimentStore.twin`.
+def shipped_twin(**options: Any) -> LaboratoryTwin:
+    """The twin of the bench that ships with the software, without a store.
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
     """
     from ..common.default_store import DEFAULT_DB
 
-    return laboratory_twin(
-        None,
-        DEFAULT_DB,
-        bench=bench,
-        modes=modes,
-        contact=contact,
-        effects=effects,
-        plate=plate,
-        impact_points=impact_points,
-        sensors=sensors,
-        q=q,
-        frequencies=frequencies,
-        chain_height=chain_height,
-        coupled=coupled,
-    )
+    return laboratory_twin(None, DEFAULT_DB, **options)
 
 
-def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
-    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as
+def laboratory_twin(store: Store | None, url: str, **options: Any) -> LaboratoryTwin:
+    """The twin of a campaign's bench. `options` are those of `TwinOptions`. Raises as
     `building.twin_of`."""
-    return _built_twin(store, url, twin_request(python_name, **arguments))
+    with read_arguments(TwinOptions, options).twin_request() as request:
+        return LaboratoryTwin(_built(store, url, request), store, url, request)
 
 
-def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
+def _built(store: Store | None, url: str, request: TwinRequest) -> BuiltTwin:
     with models_extra():
-        return LaboratoryTwin(twin_of(store, url, request), store, url, request)
+        return twin_of(store, url, request)

@@ -76,9 +76,14 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "calibrate": ("ingest.calibrate", "CALIBRATE", "calibrate"),
     "tune": ("tune.tuning", "TUNE", "tune"),
     "validate": ("validate.validating", "VALIDATE", "validate"),
+    "predict": ("predict.predict", "PREDICT", "predict"),
+    "twin": ("predict.predict", "TWIN"),
     "train": ("train.train", "TRAIN", "train"),
     "compare": ("train.compare", "COMPARE", "compare"),
     "promote": ("train.promote", "PROMOTE", "promote"),
+    "model-list": ("train.listed_models", "MODEL_LIST", "models list"),
+    "promotion-list": ("train.listed_models", "PROMOTION_LIST"),
+    "model-held-out": ("train.listed_models", "MODEL_HELD_OUT"),
     "model-show": ("train.stored_models", "MODEL_SHOW", "models show"),
     "model-delete": ("train.stored_models", "MODEL_DELETE", "models delete"),
     "model-recover": ("train.stored_models", "MODEL_RECOVER", "models recover"),
@@ -99,6 +104,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "list-diagnoses": ("diagnose.show", "LIST_DIAGNOSES", "diagnoses list"),
     "show-diagnosis": ("diagnose.show", "SHOW_DIAGNOSIS", "diagnoses show"),
     "delete-diagnosis": ("diagnose.delete", "DELETE_DIAGNOSIS", "diagnoses delete"),
+    "report": ("report.report", "REPORT", "report"),
     "blind-check": ("diagnose.blind_check", "BLIND_CHECK", "blind-check"),
 }
 

@@ -76,7 +76,12 @@ NOUNS = {
     "dataset": "pyroshock dataset build both --from rehearsal,slow-valve\n"
     "pyroshock dataset show both --plot both.png",
     "datasets": "pyroshock datasets\npyroshock datasets show rehearsal-pulses",
+    "models": "pyroshock models --dataset rehearsal-pulses\n"
+    "pyroshock models gp@1\n"
+    "pyroshock models --promotions",
     "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
     "jobs": "pyroshock jobs --last 50",
     "db": "pyroshock db check --fast",
 }
+#: Noun -> the command that takes a word which is none: `models gp@1` is `models show gp@1`.
+OTHERWISE = {"models": "show"}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,8 @@ import annotated_types
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from ..common.unit_endings import unit_ending
+from .fields import presentation_of
 from .operation import Request
 
 #: Where the values of a request come from, which says what a text of a file's field is: its path
@@ -42,6 +44,17 @@ class Fault:
             if self.field and self.message.startswith(self.field)
             else self.message
         )
+
+
+def spelled_as(fault: Fault, request: type[Request], spell: Callable[[str, FieldInfo], str]) -> str:
+    """The message with its field as `spell` has it, and other fields that it names with a unit."""
+    if (field := request.model_fields.get(fault.field)) is None:
+        return fault.message
+    message = fault.spelled(spell(fault.field, field))
+    for name, other in request.model_fields.items():
+        if name != fault.field and unit_ending(name) is not None:
+            message = re.sub(rf"\b{name}\b", spell(name, other), message)
+    return message
 
 
 class FieldError(ValueError):
@@ -100,6 +113,25 @@ def read(
         return request.model_validate(dict(values), context={"source": source, "folders": folders})
     except ValidationError as error:
         raise RequestError(list(faults_of(error, request))) from error
+
+
+def read_arguments(request: type[Asked], given: Mapping[str, Any]) -> Asked:
+    """The request of arguments, which may be called as its fields are. Raises `RequestError`."""
+    names = {argument_of(name, field): name for name, field in request.model_fields.items()}
+    try:
+        return read(
+            request, {names.get(name, name): part for name, part in given.items()}, "python"
+        )
+    except RequestError as error:
+        spelled = [
+            Fault(fault.field, spelled_as(fault, request, argument_of)) for fault in error.faults
+        ]
+        raise RequestError(spelled) from error
+
+
+def argument_of(name: str, field: FieldInfo) -> str:
+    """What Python calls a field."""
+    return presentation_of(field).argument or name
 
 
 def read_variant(

@@ -34,16 +34,17 @@ _KEY = "pyroshock"
 class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
     `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
-    `option` is an older spelling that commands keep, `words` says that the option takes all words
-    behind it, `pair` that it takes a name and its value as two words, also with one letter before
-    them, `several` that the command takes several values and works on one after the other,
-    `unit` is the SI unit of its number, `lines` a form's height for a text of several, `label` its
-    words in a form."""
+    `option` is an older spelling that commands keep, `argument` one that Python keeps, `words` says
+    that the option takes all words behind it, `pair` that it takes a name and its value as two
+    words, also with one letter before them, `several` that the command takes several values and
+    works on one after the other, `unit` is the SI unit of its number, `lines` a form's height for a
+    text of several, `label` its words in a form."""
 
     positional: bool = False
     metavar: str = ""
     completion: str = ""
     option: str = ""
+    argument: str = ""
     unit: str = ""
     lines: int = 1
     label: str = ""

@@ -11,6 +11,8 @@ from ...parallel.executor import ExecutorConfig
 
 if TYPE_CHECKING:
     from ...schema.session import Store
+    from ..twins.building import BuiltTwin, TwinRequest
+    from ..twins.twin_cache import TwinCache
 
 
 @dataclass(frozen=True)
@@ -29,3 +31,15 @@ class Laboratory:
     processes: int | None = None
     job: int = 0
     tell: Callable[[str], None] = lambda _: None
+    #: Those that stay ready between requests, where some do.
+    twins: TwinCache | None = None
+
+    def twin(self, request: TwinRequest) -> BuiltTwin:
+        """The twin that is asked for. Raises as `twins.building.twin_of`."""
+        from ..common.model_registry import models_extra
+        from ..twins.building import twin_of
+
+        if self.twins is not None and request.bench is None and request.modes is None:
+            return self.twins.get(request)
+        with models_extra():
+            return twin_of(self.store, self.db, request)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from typing_extensions import TypeVar
@@ -122,6 +122,12 @@ class Result:
         """The answer in pictures."""
         return ()
 
+    def write_figure(self, path: Path) -> None:
+        """Draw the first of the pictures into a file."""
+        from ..figures.matplotlib_renderer import write_figure
+
+        write_figure(self.figures()[0], path)
+
     def to_json(self) -> Any:
         """The answer for other programs: SI numbers, units in the keys."""
         raise NotImplementedError
@@ -195,6 +201,9 @@ class Rows(Result):
     rows: Sequence[Mapping[str, Any]]
     empty: str
 
+    #: Its tables and its JSON are other ones than its rows, which stand for chosen columns.
+    grouped: ClassVar[bool] = False
+
     def tables(self) -> Sequence[ResultTable]:
         """The one table."""
         return (ResultTable("", [self.shortened(row) for row in self.rows], self.empty),)
@@ -251,7 +260,8 @@ class Output(Generic[Answer]):
 
     `in_place_of_tables`: whoever asks for the file does not read the tables as well. `check` raises
     for a file that cannot be written, before the work; `missing` says why an answer has nothing to
-    write, and is empty where it has. `older` is a spelling of the option that commands keep.
+    write, and is empty where it has; `refused` says the same of a request, before the work. `older`
+    is a spelling of the option that commands keep.
     """
 
     name: str
@@ -261,6 +271,7 @@ class Output(Generic[Answer]):
     in_place_of_tables: bool = False
     check: Callable[[Path], None] | None = None
     missing: Callable[[Answer], str] = lambda _: ""
+    refused: Callable[[Any], str] = lambda _: ""
     older: str = ""
     #: The command does nothing else than to write it.
     required: bool = False
@@ -305,6 +316,8 @@ class Operation(Generic[Asked, Answer]):
     command: tuple[str, ...] = ()
     #: Method and address of the JSON route below /api; fields of the request may stand in it.
     route: tuple[Literal["GET", "POST"], str] | None = None
+    #: Its route is GET, and takes the same request as the body of POST.
+    also_posted: bool = False
     variants: Sequence[type[Asked]] = ()
     #: Its result is `Rows`.
     listing: bool = False
@@ -319,6 +332,9 @@ class Operation(Generic[Asked, Answer]):
     creates_store: bool = False
     #: Works without a store, too: an empty one stands for it, and is gone afterwards.
     needs_store: bool = True
+    #: What a command works with where there is no store, of one that needs none; empty: nothing is
+    #: said of it.
+    without_store: str = ""
     #: Neither reads nor writes the store: the command takes `--db` and does nothing with it.
     uses_store: bool = True
     #: False: it opens the store at the address of the laboratory itself, or makes it.

@@ -153,6 +153,24 @@ FALLS_SHORT = Rule(
     "the number is less than what was asked for",
     lambda value, limit: _finite(value, limit) and value < limit,
 )
+#: A number outside of the range that was learned from.
+BEYOND = Rule(
+    "beyond",
+    "the number lies outside of the range",
+    lambda value, low, high: _finite(value, low, high) and not low <= value <= high,
+)
+#: A number of the range that was learned from, up to a hundredth.
+INSIDE = Rule(
+    "inside",
+    "the number lies within the range, up to a hundredth of its ends",
+    lambda value, low, high: _finite(value, low, high) and 0.99 * low <= value <= 1.01 * high,
+)
+#: A number between the levels that were learned from.
+BETWEEN = Rule(
+    "between",
+    "the number lies between two levels",
+    lambda value, low, high: _finite(value, low, high) and low < value < high,
+)
 #: Too few to say more.
 NOT_ENOUGH = Rule(
     "not enough",

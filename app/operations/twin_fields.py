@@ -64,7 +64,7 @@ class TwinFields(Request):
     )
     contact: Word | None = request_field(
         None,
-        help="Choose the contact model as `predict` does. [default: the model in use, else prior]",
+        help="Choose the contact model. [default: the model in use, else prior]",
         presentation=Presentation(
             metavar="LAW|prior|registered|MODEL@VERSION", completion="contact_models"
         ),
@@ -78,14 +78,14 @@ class TwinFields(Request):
         max_length=50,
         help="Place the impact points #1, #2 and so on upon the outline of the plate, in m. The "
         "option can be repeated.",
-        presentation=Presentation(metavar="X,Y"),
+        presentation=Presentation(metavar="X,Y", argument="impact_points"),
     )
     sensor_at: Points = request_field(
         (),
         max_length=50,
         help="Place the sensors acceleration_1, acceleration_2 and so on upon the plate, in m. The "
         "option can be repeated.",
-        presentation=Presentation(metavar="X,Y"),
+        presentation=Presentation(metavar="X,Y", argument="sensors"),
     )
     q: Q = request_field(10.0, help="Set Q of the oscillators of the spectrum.")
 

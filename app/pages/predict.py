@@ -17,7 +17,10 @@ from ...schema.campaigns import Campaign
 from ...schema.session import Store
 from ...twin.contact.laws import LAWS
 from ..common.number_format import finite
+from ..doors.json_route import read_query
 from ..figures.page_renderer import figure_data
+from ..operations.form import texts_of
+from ..operations.predict.controls import VELOCITY_M_S, sliders
 from ..operations.predict.figures import prediction_figures
 from ..operations.predict.nearest_shots import (
     measured_spectra,
@@ -27,25 +30,15 @@ from ..operations.predict.nearest_shots import (
     shots_of,
     velocity_basis,
 )
-from ..operations.predict.predicting import (
-    TANK_PRESSURE_PA,
-    field_warnings,
-    predict_shot,
-    prediction_json,
-)
+from ..operations.predict.predicting import predict_shot, prediction_json
+from ..operations.predict.request import TANK_PRESSURE_PA, PredictionRequest
 from ..operations.predict.tables import quantity_rows
+from ..operations.predict.validity import field_warnings
 from ..twins.building import BuiltTwin
-from ..web.dependencies import OpenStore
-from ..web.predicted_shots import (
-    VELOCITY_M_S,
-    Asked,
-    PredictionOptions,
-    Twins,
-    link_arguments,
-    sliders,
-)
+from ..twins.twin_cache import TwinCache
+from ..web.dependencies import OpenStore, Twins
 from ..web.rendering import page, query
-from ..web.shot_address import read_address, twin_at
+from ..web.shot_address import built_twin, read_address, twin_at
 
 router = APIRouter()
 #: Of a prediction what the page shows as figures.
@@ -87,8 +80,8 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
 
 
 def _offered(
-    question: PredictionOptions, controls: Mapping[str, Any]
-) -> tuple[PredictionOptions, dict[str, str]]:
+    question: PredictionRequest, controls: Mapping[str, Any]
+) -> tuple[PredictionRequest, dict[str, str]]:
     """With the usual word where a control does not offer the one of the address, and what is said
     of that."""
     faults: dict[str, str] = {}
@@ -101,7 +94,7 @@ def _offered(
     return question, faults
 
 
-def _complete(question: PredictionOptions, built: BuiltTwin) -> PredictionOptions:
+def _complete(question: PredictionRequest, built: BuiltTwin) -> PredictionRequest:
     """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its
     velocity; the mass is the bench's where none is said."""
     update: dict[str, float] = {}
@@ -125,7 +118,7 @@ def _campaigns(session: Session) -> list[tuple[str, str]]:
 
 
 def _answer(
-    twins: Twins, question: PredictionOptions, store: Store
+    twins: TwinCache, question: PredictionRequest, store: Store
 ) -> tuple[dict[str, Any] | None, str]:
     """What the page shows of a shot; and why there is nothing (a bullet that stays in the
     barrel)."""
@@ -135,7 +128,7 @@ def _answer(
         return None, str(error)
 
 
-def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[str, Any]:
+def answered(twins: TwinCache, question: PredictionRequest, store: Store) -> dict[str, Any]:
     """The prediction as `/api/predict` gives it, its series as the data of figures, and the seconds
     that it took.
 
@@ -144,8 +137,8 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
     velocity stands on.
     """
     begun = time.perf_counter()
-    built = twins.get(question.request())
-    prediction = predict_shot(built, question.shot(), draws=question.draws, seed=question.seed)
+    built = built_twin(twins, question)
+    prediction = predict_shot(built, question, draws=question.draws, seed=question.seed)
     data = prediction_json(built, prediction)
     shots, wanted = shots_of(store, built), setting_values(prediction.setting)
     near = nearest(wanted, shots)
@@ -159,9 +152,9 @@ def answered(twins: Twins, question: PredictionOptions, store: Store) -> dict[st
         },
         "numbers": [_number_row(row) for row in quantity_rows(prediction)],
         "nearest": nearest_rows(wanted, near),
-        "basis": velocity_basis(built, prediction.setting.tank_pressure_pa),
+        "basis": str(velocity_basis(built, prediction.setting.tank_pressure_pa) or ""),
         "beside": field_warnings(prediction),
-        "link": "/twin" + query(link_arguments(question)),
+        "link": "/twin" + query(texts_of(question)),
         "seconds": time.perf_counter() - begun,
     }
 
@@ -178,8 +171,9 @@ def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @router.get("/twin/answer")
-def answer(question: Asked, twins: Twins, store: OpenStore) -> dict[str, Any]:
+def answer(request: Request, twins: Twins, store: OpenStore) -> dict[str, Any]:
     """What the sliders ask for while they move."""
-    built = twins.get(question.request())
+    question = read_query(PredictionRequest, request)
+    built = built_twin(twins, question)
     answer: dict[str, Any] = finite(answered(twins, _complete(question, built), store))
     return answer

@@ -16,7 +16,7 @@ from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
 from ...training.evaluation.metrics import METRICS
-from ...training.registry.listing import chosen
+from ...training.registry.listing import chosen, newest
 from ..common.model_registry import (
     models_extra,
     needed,
@@ -43,7 +43,6 @@ from ..operations.train.comparing import MOST_EACH_WITH_EACH
 from ..operations.train.figures import (
     compared_to,
     evaluated_figures,
-    listed_versions,
     residual_columns,
     version_rows,
     worst_pulses,
@@ -112,11 +111,11 @@ def models(
 ) -> Response:
     with models_extra():
         registry = registry_at(settings.db)
-        rows = [] if registry is None else listed_versions(registry, every=every)
+        versions = [] if registry is None else registry.versions()
+        shown_versions = versions if every else newest(versions)
+        rows = [] if registry is None else version_rows(registry, shown_versions)
         withdrawn = (
-            []
-            if registry is None
-            else withdrawn_words(store.read(list_withdrawals), registry.versions())
+            [] if registry is None else withdrawn_words(store.read(list_withdrawals), versions)
         )
         decisions = [] if registry is None else registry.decisions()[:50]
     datasets = list(dict.fromkeys(row["dataset"] for row in rows))
@@ -201,7 +200,7 @@ def compare(
     status, fault, comparison, rows = 200, "", None, []
     with models_extra():
         registry = registry_at(settings.db)
-        choices = [] if registry is None else listed_versions(registry, every=True)
+        choices = [] if registry is None else version_rows(registry, registry.versions())
         if version and registry is not None:
             try:
                 values = {"version": version, "split": split or None}

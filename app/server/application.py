@@ -26,8 +26,6 @@ from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.page import section_style
 from ..doors.api import ingest as ingest_api
-from ..doors.api import predict as predict_api
-from ..doors.api import train as train_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
@@ -58,19 +56,17 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
-from ..web.predicted_shots import warm_up_in_thread
 from ..web.rendering import page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
+from ..web.warm_up import warm_up_in_thread
 from .compression import Compression
 
 #: A new feature's `api` and `pages` get a word here.
 _API = (
     ingest_api,
     csrf,
-    train_api,
-    predict_api,
 )
 PAGES = (
     home_pages,

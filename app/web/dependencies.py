@@ -11,6 +11,7 @@ from starlette.requests import Request
 from ...schema.session import Store, Writer
 from ..operations.laboratory import Laboratory
 from ..operations.operation import UNWRITABLE
+from ..twins.twin_cache import TwinCache
 from .guard import INNER_SLASH
 from .jobs import Jobs
 from .settings import Settings
@@ -36,9 +37,14 @@ def _settings(request: Request) -> Settings:
     return settings
 
 
+def _twins(request: Request) -> TwinCache:
+    twins: TwinCache = request.app.state.twins
+    return twins
+
+
 def _laboratory(request: Request) -> Laboratory:
     settings = _settings(request)
-    return Laboratory(_store(request), settings.db, folders=settings.folders)
+    return Laboratory(_store(request), settings.db, folders=settings.folders, twins=_twins(request))
 
 
 OpenStore = Annotated[Store, Depends(_store)]
@@ -46,6 +52,7 @@ Running = Annotated[Jobs, Depends(_jobs)]
 Configured = Annotated[Settings, Depends(_settings)]
 #: The store with what the server may read, for operations.
 InLaboratory = Annotated[Laboratory, Depends(_laboratory)]
+Twins = Annotated[TwinCache, Depends(_twins)]
 #: A name within an address, slashes included (`rendering.part` writes it).
 Name = Annotated[
     str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))

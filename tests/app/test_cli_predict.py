@@ -15,9 +15,10 @@ import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.demo.demo import ingest_examples
 from pyroshock.app.doors.command_line.main import main
-from pyroshock.app.doors.commands.predict import predict
-from pyroshock.app.operations.predict.arguments import parse_effect
+from pyroshock.app.doors.command_line.operation_command import command_of
 from pyroshock.app.operations.predict.batch import assumed, rows_of_file
+from pyroshock.app.operations.predict.predict import PREDICT
+from pyroshock.app.operations.predict.request import parse_effect
 from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
@@ -27,6 +28,7 @@ from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, unsolved
 from support.stores.stores import opened
 
+predict = command_of(PREDICT)
 MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
 1,400,0.01,0.3,0.1,0.4
 2,1500,0.01,-0.2,0.3,0.3
@@ -147,16 +149,8 @@ def test_bench_points_and_modal_table_of_files_are_taken(quick, tmp_path):
     )
     found = told(quick("--velocity", "8m/s", "--bench", "bench.toml", "--json"))
     assert {"left", "right"} < found["srs"].keys() and "bench.toml" in found["models"]["plate"]
-    result = quick(
-        "--velocity",
-        "8m/s",
-        "--sensor-at",
-        "0.2,0.2",
-        "--sensor-at",
-        "0.7,0.4",
-        "--impact-at",
-        "0.4,0.3",
-    )
+    places = "--sensor-at 0.2,0.2 --sensor-at 0.7,0.4 --impact-at 0.4,0.3"
+    result = quick("--velocity", "8m/s", *places.split())
     assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
     (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
     found = told(
@@ -252,7 +246,7 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
     (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
     (("--effect", "sensor.force_gain:gain=99"),
      "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
-    (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
+    (("--sensor-at", "here"), "--sensor-at is 'here'; expected two numbers in m, such as"),
     (("--impact-position", "#7"), "no impact position '#7' on this plate"),
     (("--campaign", "spring"), "no campaign 'spring'"),
     (("--modes", "none.csv"), "none.csv"),
@@ -356,18 +350,8 @@ def test_every_row_is_what_predict_says_of_it_alone_and_a_plan_has_its_plates(la
 
 def test_two_processes_write_the_same_files_as_one_and_what_is_assumed_is_told(lab):
     for jobs in ("1", "2"):
-        run_table(
-            "--shots",
-            "shots.csv",
-            "--jobs",
-            jobs,
-            "--out",
-            f"{jobs}.csv",
-            "--spectra",
-            f"{jobs}s.csv",
-            "--draws",
-            "8",
-        )
+        files = f"--out {jobs}.csv --spectra {jobs}s.csv"
+        run_table(*f"--shots shots.csv --jobs {jobs} {files} --draws 8".split())
     assert (lab / "1.csv").read_bytes() == (lab / "2.csv").read_bytes()
     assert (lab / "1s.csv").read_bytes() == (lab / "2s.csv").read_bytes()
     rows = list(csv.DictReader((lab / "1.csv").read_text().splitlines()))
@@ -397,7 +381,7 @@ def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
 
 @pytest.mark.parametrize(("words", "message"), [
     (("--shots", "shots.csv", "--plan", "spring"), "--plan and --shots: expected one of them"),
-    (("--plan", "spring"), "no plan 'spring': there is no store"),
+    (("--plan", "spring"), "no plan 'spring'"),
     (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
     (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
     (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"),

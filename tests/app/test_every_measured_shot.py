@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.predict.predicting import bench_limit_warnings, warnings
+from pyroshock.app.operations.predict.validity import bench_limit_sentences, warning_sentences
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import THESIS_VELOCITY_SPREAD
 from pyroshock.app.twins.learning import taught_gun
@@ -127,11 +127,11 @@ def test_pressure_beyond_the_regulator_is_named() -> None:
     twin = Twin(HalfSine(), GunStage(BENCH, THESIS_VELOCITY_SPREAD, unknown_effects=True))
     at = setting(tank_pressure_pa=50e5, impactor_mass_kg=0.5)
     answer = twin.predict(at, rng=np.random.default_rng(0))
-    (words,) = bench_limit_warnings(answer)
-    assert "50 bar is beyond the bench, whose regulator gives 8 bar" in words
-    assert words in warnings(answer)
-    assert not bench_limit_warnings(replace(answer, setting=replace(at, tank_pressure_pa=8e5)))
+    (words,) = bench_limit_sentences(answer)
+    assert "50 bar is beyond the bench, whose regulator gives 8 bar" in words.text
+    assert words in warning_sentences(answer)
+    assert not bench_limit_sentences(replace(answer, setting=replace(at, tank_pressure_pa=8e5)))
     shot_there = replace(answer, rests_on=replace(answer.rests_on, shots=5), extrapolation=())
-    assert not bench_limit_warnings(shot_there)
+    assert not bench_limit_sentences(shot_there)
     beyond = (Extrapolation("tank_pressure_pa", 50e5, 1e5, 9e5),)
-    assert bench_limit_warnings(replace(shot_there, extrapolation=beyond))
+    assert bench_limit_sentences(replace(shot_there, extrapolation=beyond))

@@ -6,13 +6,15 @@ import json
 
 import numpy as np
 import pytest
+from pyroshock.app.common import model_registry
+from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.train.figures import (
     LEVELS,
     held_out_figures,
-    listed_versions,
     side_by_side,
     version_row,
 )
+from pyroshock.app.operations.train.listed_models import MODEL_LIST, ModelList
 from pyroshock.app.operations.train.tables import json_row
 from pyroshock.training.evaluation.metrics import METRICS
 from pyroshock.training.fitting.session import train
@@ -57,14 +59,24 @@ def read(trained):
     return lambda _hash: trained[1]
 
 
+@pytest.fixture
+def listed(trained, monkeypatch):
+    """The rows of the list of models, as the network has them."""
+    monkeypatch.setattr(model_registry, "registry_at", lambda _: trained[0])
+    laboratory = Laboratory(None, "sqlite:///none.db")
+    return lambda **choice: MODEL_LIST.answer(
+        ModelList(**choice), laboratory, lambda *_: None
+    ).to_network_json()
+
+
 def version_of(trained, label: str, split: str = "repetitions"):
     records = trained[0].versions()
     return next(record for record in records if (record.label, record.split) == (label, split))
 
 
-def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
+def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained, listed):
     registry, _ = trained
-    by_split = {(row["label"], row["split"]): row for row in listed_versions(registry)}
+    by_split = {(row["label"], row["split"]): row for row in listed()}
     assert by_split.keys() == {
         (f"{name}@1", "repetitions") for name in ("tree", "linear", "hann")
     } | {("linear@1", "configurations")}
@@ -87,13 +99,10 @@ def test_rows_tell_what_the_command_line_tells_and_are_filtered(trained):
     assert [label for label, row in rows.items() if row["champion"]] == ["tree@1"]
     assert rows["tree@1"]["champion_of"] == "hammer"
     json.dumps(list(rows.values()), allow_nan=False)
-    registry, _ = trained
-    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {
-        "linear@1"
-    }
-    assert len(listed_versions(registry, dataset="spring", every=True)) == 4
+    assert [row["label"] for row in listed(split="configurations")] == ["linear@1"]
+    assert len(listed(dataset="spring", every=True)) == 4
     with pytest.raises(LookupError, match="no model of a dataset 'winter'"):
-        listed_versions(registry, dataset="winter")
+        listed(dataset="winter")
 
 
 def test_versions_side_by_side_differ_as_their_means_do_and_one_alone_is_refused(trained, read):
@@ -186,14 +195,14 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
     ) == pytest.approx(32.9)
 
 
-def test_version_whose_files_are_damaged_is_marked(trained):
+def test_version_whose_files_are_damaged_is_marked(trained, listed):
     registry, _ = trained
     with registry._model_of(version_of(trained, "hann@1")) as folder:
         file = folder / "model.json"
     kept = file.read_bytes()
     file.write_bytes(b"{}")
     try:
-        wrong = {row["label"]: row["damaged"] for row in listed_versions(registry)}
+        wrong = {row["label"]: row["damaged"] for row in listed()}
     finally:
         file.write_bytes(kept)
     assert [label for label, what in wrong.items() if what] == ["hann@1"] and "model.json" in wrong[

@@ -14,7 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.command_line.operation_command import command_of
+from pyroshock.app.operations.faults import read
+from pyroshock.app.operations.predict.predict import PREDICT
+from pyroshock.app.operations.predict.request import PredictionRequest
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.learning import (
     bench_kind_of,
@@ -22,7 +25,6 @@ from pyroshock.app.twins.learning import (
     training_campaigns,
     velocity_kind_of,
 )
-from pyroshock.app.web.predicted_shots import PredictionOptions
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.impacts import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
@@ -33,6 +35,7 @@ from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import full_campaign
 from support.stores.stores import ingested, opened, pyroshock
 
+predict = command_of(PREDICT)
 WHEN = datetime(2026, 1, 1, tzinfo=UTC)
 FEW = ("--frequencies", "200:800:3", "--draws", "8")
 STRIKE = ("--campaign", "hammer", "--velocity", "1.5m/s", "--tip", "delrin", "--tip-radius", "30mm")
@@ -205,6 +208,6 @@ def test_ignored_factor_is_an_error_and_a_table_gives_every_predictor(asked, mon
 
 def test_question_of_the_web_gives_every_predictor() -> None:
     given = {"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}
-    shot = PredictionOptions.model_validate(given).shot()
-    assert (shot.boundary_conditions, shot.factors) == ("fixed", {"plate_mass_kg": 9.0, "lot": "B"})
+    shot = read(PredictionRequest, given, "network")
+    assert (shot.boundary_conditions, shot.factor) == ("fixed", {"plate_mass_kg": 9.0, "lot": "B"})
     assert shot.bullet_mass_kg is None

@@ -10,19 +10,19 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from pyroshock.app.common.quantities import shown_in
+from pyroshock.app.operations.predict.controls import sliders
 from pyroshock.app.operations.predict.figures import prediction_figure
-from pyroshock.app.operations.predict.predicting import (
-    ShotRequest,
-    domain_warnings,
-    extrapolation_text,
-    field_warnings,
-    predicted_json,
-    warnings,
-)
+from pyroshock.app.operations.predict.predicting import predicted_json
+from pyroshock.app.operations.predict.request import ShotRequest
 from pyroshock.app.operations.predict.tables import quantity_rows
+from pyroshock.app.operations.predict.validity import (
+    domain_sentences,
+    extrapolation_sentence,
+    field_warnings,
+    warning_sentences,
+)
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
-from pyroshock.app.web.predicted_shots import sliders
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.rows import by_name
 from pyroshock.dataset.validity_limits import BETWEEN_LEVELS
@@ -82,7 +82,7 @@ def test_sliders_stay_within_the_bench_and_their_defaults_can_be_fired(bench):
     )
     numbers = sliders(bench, space_from_text(text))["numbers"]
     assert (numbers["tank_pressure_pa"]["high"], numbers["bullet_mass_kg"]["high"]) == (6e5, 0.8)
-    with pytest.raises(ValueError, match="expected exactly one of them"):
+    with pytest.raises(ValueError, match="expected one of them"):
         predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
     with pytest.raises(ValueError, match="no numbers of bullet_mass"):
         sliders(bench, hammer_space())
@@ -148,16 +148,16 @@ def prediction(*extrapolation, outside=(), **own):
     (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
      "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
     (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-     "Plate youngs modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned "
+     "Plate Young's modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned "
      "from."),
     (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-     "Tip density 1240 kg/m3 is beyond the 2700 to 7800 kg/m3 of the shots that were learned "
+     "Tip density 1240 kg/m³ is beyond the 2700 to 7800 kg/m³ of the shots that were learned "
      "from."),
     (Extrapolation("humidity", 0.9, 0.2, 0.5),
      "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
 ])  # fmt: skip
 def test_range_is_told_in_units_of_the_lab(item, text):
-    assert extrapolation_text(item) == text
+    assert extrapolation_sentence(item).text == text
 
 
 def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp_path):
@@ -167,7 +167,7 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
             OutOfDomain("insulator", "foam", "none"),
         ]
     )
-    assert warnings(shot) == (
+    assert tuple(map(str, warning_sentences(shot))) == (
         "Impact velocity 22.13 m/s lies outside of the domain of the contact "
         "(half-sine): up to 5.2.",
         "Insulator foam lies outside of the domain of the contact (half-sine): none.",
@@ -181,7 +181,7 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
         "was never recorded together with anvil none",
         (0.4, 0.8),
     )
-    assert domain_warnings(prediction(outside=[levels, tip, pair])) == (
+    assert tuple(map(str, domain_sentences(prediction(outside=[levels, tip, pair])))) == (
         "Tip radius 45 mm lies between the measured 30 and 60 mm; half-sine was not trained there.",
         "Tip material delrin was never recorded; half-sine was trained on PLA, steel.",
         "Impactor mass 0.4 kg was never recorded together with anvil none; "
@@ -190,31 +190,37 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
     with shown_in("si"):
         assert (
             "0.045 m lies between the measured 0.03 and 0.06 m"
-            in domain_warnings(prediction(outside=[levels]))[0]
+            in domain_sentences(prediction(outside=[levels]))[0].text
         )
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
     shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
-    assert warnings(shot) == (extrapolation_text(beyond),) and domain_warnings(shot) == ()
+    assert (
+        tuple(map(str, warning_sentences(shot))) == (extrapolation_sentence(beyond).text,)
+        and domain_sentences(shot) == ()
+    )
     heavy = Extrapolation("impactor_mass", 1.0, 0.3, 0.5)
     shot = prediction(
         PRESSURE, heavy, Extrapolation("plate_density", 1.0, 2.0, 3.0), tank_pressure_pa=10e5
     )
     assert field_warnings(shot) == {
-        "tank_pressure_pa": extrapolation_text(PRESSURE),
-        "bullet_mass_kg": extrapolation_text(heavy),
+        "tank_pressure_pa": extrapolation_sentence(PRESSURE).text,
+        "bullet_mass_kg": extrapolation_sentence(heavy).text,
     }
     gun, contact = (
         Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass")
     )
     other = Extrapolation("impactor_mass", 1.2, 0.3, 0.5)
     shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
-    assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
+    assert tuple(map(str, warning_sentences(shot))) == (
+        extrapolation_sentence(gun).text,
+        extrapolation_sentence(other).text,
+    )
     assert (
         field_warnings(shot)["bullet_mass_kg"]
-        == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
+        == f"{extrapolation_sentence(gun)} {extrapolation_sentence(other)}"
     )
     beyond = prediction(PRESSURE, tank_pressure_pa=10e5)
-    assert prediction_figure(beyond).notes[-1] == warnings(beyond)[-1]
+    assert prediction_figure(beyond).notes[-1] == warning_sentences(beyond)[-1].text
     plain = replace(prediction(tank_pressure_pa=3e5), rests_on=RestsOn(0, "half-sine", ""))
     assert prediction_figure(plain).notes == ()
 
@@ -229,5 +235,5 @@ def test_warnings_are_told_in_words_once_by_the_field_that_sets_the_quantity(tmp
 def test_warning_stands_beside_the_number_that_it_makes_unsure(own, item, number):
     rows = list(quantity_rows(prediction(item, **own)))
     assert {row["quantity"]: row.get("warning") for row in rows if "warning" in row} == {
-        number: extrapolation_text(item)
+        number: extrapolation_sentence(item).text
     }

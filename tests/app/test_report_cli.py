@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 from pyroshock.app.operations.diagnose.diagnosing import keep
-from pyroshock.app.report import dispatch as any_module
+from pyroshock.app.operations.report import dispatch as any_module
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.training.fitting.session import train
 from sqlalchemy import select

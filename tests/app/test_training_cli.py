@@ -14,7 +14,6 @@ from click import Command
 from click.testing import CliRunner, Result
 from pyroshock.app.doors.command_line.operation_command import command_of
 from pyroshock.app.doors.command_line.operation_group import OperationGroup
-from pyroshock.app.doors.commands.models import models
 from pyroshock.app.operations.train.compare import COMPARE
 from pyroshock.app.operations.train.promote import PROMOTE
 from pyroshock.app.operations.train.train import TRAIN
@@ -31,6 +30,7 @@ from support.stores.registries import fresh_registry, without_figures, without_j
 from support.stores.stores import opened
 
 train, compare, promote = map(command_of, (TRAIN, COMPARE, PROMOTE))
+models = OperationGroup("models")
 COMMANDS = {"train": train, "models": models, "compare": compare, "promote": promote}
 HASH = "5" * 64
 

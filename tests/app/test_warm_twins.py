@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.predict.predicting import ShotRequest, predicted_json
+from pyroshock.app.operations.predict.predicting import predicted_json
+from pyroshock.app.operations.predict.request import ShotRequest
 from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
 from pyroshock.app.twins.adopted_effects import adopt

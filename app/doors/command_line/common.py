@@ -198,27 +198,14 @@ def without_store() -> Iterator[Store]:
         yield cast("Store", None)
 
 
-@contextmanager
-def open_if_exists(db: str, *, silent: bool = False) -> Iterator[Store | None]:
-    """The store, or None where its file is not there yet: not every command needs one."""
+def is_missing(db: str) -> bool:
+    """Whether the file of a store is not there yet."""
     with errors_as_one_line():
         try:
             url = parse_store_address(db)
         except AddressError:  # `open_command_store` says what is wrong with it
-            url = None
-        missing = (
-            url is not None
-            and url.drivername.startswith("sqlite")
-            and not Path(url.database or "").exists()
-        )
-    if missing:
-        if not silent:
-            note(f"no store at {db}: the bench that ships with the software")
-        with errors_as_one_line():
-            yield None
-        return
-    with open_command_store(db) as store:
-        yield store
+            return False
+    return url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
 
 
 def _version() -> str:

@@ -37,6 +37,11 @@ class Listing:
         """Whether anything but the usual table is asked for."""
         return self != Listing()
 
+    @property
+    def is_by_row(self) -> bool:
+        """Whether rows are sorted, chosen by column or written as CSV."""
+        return self.csv or self.sort is not None or bool(self.columns)
+
     def show_answer(self, answer: Rows) -> None:
         """Print the rows of an answer, and what is remarked of them beside the table."""
         self.show(map(dict, answer.rows), answer.empty, answer.shortened)

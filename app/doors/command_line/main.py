@@ -19,9 +19,6 @@ from .shells import register_shells
 
 #: Commands that are no operation, or more than one -> (module of the package, its object).
 OTHERS: dict[str, tuple[str, str]] = {
-    "models": (".app.doors.commands.models", "models"),
-    "predict": (".app.doors.commands.predict", "predict"),
-    "report": (".app.doors.commands.report", "report"),
     "serve": (".app.server.command", "serve"),
     "demo": (".app.demo.command", "demo"),
 }

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
@@ -24,7 +21,7 @@ class NounGroup(CommandGroup):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if self.otherwise is not None and args[0] not in self.commands:
+        if self.otherwise is not None and self.get_command(ctx, args[0]) is None:
             args = [self.otherwise, *args]
         name, command, rest = super().resolve_command(ctx, args)
         return name, command, [*_typed_before(ctx, command), *rest]
@@ -34,7 +31,8 @@ class NounGroup(CommandGroup):
         items = super().shell_complete(ctx, incomplete)
         if self.otherwise is None or incomplete.startswith("-"):
             return items
-        command = self.commands[self.otherwise]
+        command = self.get_command(ctx, self.otherwise)
+        assert command is not None
         return items + command.params[0].shell_complete(
             click.Context(command, parent=ctx), incomplete
         )
@@ -60,29 +58,3 @@ def _typed_before(ctx: click.Context, command: click.Command | None) -> list[str
             for item in value if isinstance(value, tuple) else (value,):
                 words += [option.opts[-1], str(item)]
     return words
-
-
-def noun_group(
-    listing: click.Command,
-    commands: Mapping[str, click.Command],
-    text: str,
-    *,
-    otherwise: str | None = None,
-) -> NounGroup:
-    """The group of a noun: alone it does what `listing` does, with its options, and `list` is the
-    same command."""
-
-    def alone(context: click.Context, /, **given: Any) -> None:
-        if context.invoked_subcommand is None:
-            assert listing.callback is not None
-            listing.callback(**given)
-
-    group = NounGroup(
-        callback=click.pass_context(alone),
-        params=listing.params,
-        help=text,
-        invoke_without_command=True,
-        commands={"list": listing, **commands},
-    )
-    group.otherwise = otherwise
-    return group

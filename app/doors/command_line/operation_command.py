@@ -16,7 +16,7 @@ from ....parallel.executor import ExecutorConfig
 from ...common.progress import progress_bar
 from ...common.quantities import velocities_of
 from ...operations.catalogue import operation as operation_named
-from ...operations.faults import RequestError, bare, read
+from ...operations.faults import RequestError, bare, read, spelled_as
 from ...operations.fields import presentation_of
 from ...operations.laboratory import Laboratory
 from ...operations.operation import (
@@ -35,6 +35,7 @@ from .common import (
     db_option,
     errors_as_one_line,
     fail,
+    is_missing,
     jobs_option,
     json_option,
     note,
@@ -330,6 +331,8 @@ def _perform(
         # before the store is opened and anything heavy is imported
         requests = [read(request, values, "command") for values in every]
         for output, path in files.items():
+            for refusal in filter(None, map(output.refused, requests)):
+                fail(refusal)
             if output.check is not None:
                 output.check(path)
     results: list[Result] = []
@@ -343,10 +346,14 @@ def _perform(
             if result is None:
                 return
             results.append(result)
-            if listing is not None:
-                listing.show_answer(result)
-            else:
+            if listing is None:
                 _tell(result, files, json_to)
+            elif isinstance(listing, Listing) and result.grouped and not listing.is_by_row:
+                _tell(result, {}, listing.json_to)
+                if listing.json_to is not None:
+                    write_json(result.to_json(), listing.json_to)
+            else:
+                listing.show_answer(result)
         if json_to is not None and listing is None:
             answers = [result.to_json() for result in results]
             write_json(answers[0] if len(answers) == 1 else answers, json_to)
@@ -399,6 +406,8 @@ def _opened(
         return without_store()
     if operation.needs_store and not (rehearsed and operation.creates_store):
         return open_command_store(db, create=operation.creates_store)
+    if operation.without_store and is_missing(db):
+        note(f"no store at {db}: {operation.without_store}")
     return open_for_dry_run(db)
 
 
@@ -456,13 +465,8 @@ def _faults_as_options(request: type[Request]) -> Iterator[None]:
     try:
         yield
     except RequestError as error:
-        lines: Sequence[str] = [
-            fault.spelled(
-                fault.field
-                if (field := request.model_fields.get(fault.field)) is None
-                or presentation_of(field).positional
-                else option_of(fault.field, field)
-            )
-            for fault in error.faults
-        ]
-        fail(*lines)
+        fail(*(spelled_as(fault, request, _spelled) for fault in error.faults))
+
+
+def _spelled(name: str, field: FieldInfo) -> str:
+    return name if presentation_of(field).positional else option_of(name, field)

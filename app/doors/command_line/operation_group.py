@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ...operations.catalogue import commands_of_noun, operation
-from ...operations.command_words import COMMANDS, NOUNS
+from ...operations.command_words import COMMANDS, NOUNS, OTHERWISE
 from .nouns import NounGroup
 
 
@@ -18,7 +18,7 @@ class OperationGroup(NounGroup):
     """
 
     def __init__(self, noun: str) -> None:
-        self.noun = noun
+        self.noun, self.otherwise = noun, OTHERWISE.get(noun)
         self._operations = commands_of_noun(noun)
         listing = self.get_command_of("list") if "list" in self._operations else None
         if listing is not None and any(isinstance(part, click.Argument) for part in listing.params):

@@ -101,12 +101,6 @@ def _judge(request: PlanQualityRequest, laboratory: Laboratory, _: Progress) -> 
     return JudgedPlan(plan.space, designs, judged_designs(plan.space, designs, request.effect))
 
 
-def _draw(judged: JudgedPlan, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(judged.figure(), path)
-
-
 PLAN_QUALITY: Operation[PlanQualityRequest, JudgedPlan] = Operation(
     name="plan-quality",
     request=PlanQualityRequest,
@@ -125,7 +119,7 @@ seen, in a model of all main effects at a significance of 5 %.""",
         Output(
             "plot",
             "Draw the quality of the plan into FILE.png.",
-            _draw,
+            Result.write_figure,
             (".png", ".svg", ".pdf"),
         ),
     ),

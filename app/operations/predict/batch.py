@@ -15,41 +15,32 @@ from ....parallel.executor import ExecutorConfig
 from ....parallel.map_tasks import run_all_tasks
 from ....schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor
 from ....schema.session import Store
+from ...common.number_format import finite, format_interval
+from ...common.quantities import display_of
 from ...common.table_files import write_batches
-from ...twins.building import BuiltTwin, TwinRequest, twin_of
+from ..faults import RequestError, read
+from ..fields import TextFile
+from ..operation import Result, ResultTable
 from ..plan.rehearsal import rows_of
-from .predicting import (
-    ShotRequest,
-    bench_limit_warnings,
-    check_used,
-    extrapolation_text,
-    extrapolations,
-    factor_value,
-    is_used,
-    looks_like_factor,
-    predict_shot,
-    store_factors,
-)
+from .factors import check_used, factor_value, is_used, looks_like_factor, store_factors
+from .predicting import predict_shot
+from .request import ShotRequest
+from .tables import QUANTITIES
+from .validity import bench_limit_sentences, extrapolation_sentence, extrapolations
 
 if TYPE_CHECKING:
     from ....twin.contact_interface import OutOfDomain
     from ....twin.prediction import Prediction
+    from ...twins.building import BuiltTwin, TwinRequest
 
 
 _PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"
 _HEIGHT = "chain_height_mm"
-#: Column: field of `ShotRequest`. The unit of a factor's column is the lab's, that of the field SI.
+#: Columns of a table of runs in other units than the field of `ShotRequest`.
+_OTHER_UNITS = {"tank_pressure_pa": _PRESSURE, "tip_radius_m": "tip_radius_mm"}
+#: Column: field of `ShotRequest`.
 FIELDS = {
-    _PRESSURE: "tank_pressure_pa",
-    _VELOCITY: "impact_velocity_m_s",
-    "bullet_mass_kg": "bullet_mass_kg",
-    "tip_material": "tip_material",
-    "tip_radius_mm": "tip_radius_m",
-    "anvil_material": "anvil_material",
-    "insulator": "insulator",
-    "impact_position": "impact_position",
-    "boundary_conditions": "boundary_conditions",
-    "valve_profile": "valve_profile",
+    _OTHER_UNITS.get(name, name): name for name in ShotRequest.model_fields if name != "factor"
 }
 
 
@@ -80,6 +71,12 @@ def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
     """The runs of a plan that are not discarded. Raises as `rows_of`, and `ValueError` as
     `rows_of_table`."""
     return rows_of_table(rows_of(store, plan)[1], f"plan {plan!r}")
+
+
+def rows_of_text(table: TextFile) -> list[ShotRow]:
+    """The same of the file of a request."""
+    with table.as_path() as path:
+        return rows_of_file(path)
 
 
 def rows_of_file(path: Path) -> list[ShotRow]:
@@ -116,7 +113,7 @@ def with_factors(row: ShotRow, built: BuiltTwin, of_store: Collection[str]) -> S
     }
     if ignored:
         check_used(built, ignored, None)
-    return replace(row, shot=replace(row.shot, factors=used))
+    return replace(row, shot=row.shot.model_copy(update={"factor": used}))
 
 
 def rows_of_table(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
@@ -137,9 +134,11 @@ def _shot(row: Mapping[str, str], name: str) -> ShotRow:
     settings = {column: row[column] for column in FIELDS if row.get(column)}
     if (_PRESSURE in settings) == (_VELOCITY in settings):
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
-    shot = ShotRequest(
-        **{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()}
-    )
+    values = {FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()}
+    try:
+        shot = read(ShotRequest, values, "stored")
+    except RequestError as error:
+        raise ValueError(f"{name}: {error}") from error
     numbers = {
         column: int(row[column])
         for column in ("run", "repetition")
@@ -161,13 +160,6 @@ def _value(column: str, cell: str, name: str) -> Any:
 
 Row = dict[str, Any]
 Step = Callable[[int, int, str], None]
-_QUANTITIES = (
-    "velocity_m_s",
-    "contact_time_s",
-    "compression_time_s",
-    "peak_force_n",
-    "impulse_n_s",
-)
 
 
 @dataclass(frozen=True)
@@ -176,6 +168,58 @@ class PredictedShot:
 
     figures: Row
     spectrum: tuple[Row, ...]
+
+
+#: Of a table on a screen: what names a shot, and what matters of it.
+_SHOWN = ("run", "repetition", "tip_material", "bullet_mass_kg", "tank_pressure_bar")
+_FIGURES = ("velocity_m_s", "contact_time_s", "peak_force_n")
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedShots(Result):
+    """The shots of a table in its order, what was assumed of them, and their plan."""
+
+    shots: Sequence[PredictedShot]
+    remarks: tuple[str, ...] = ()
+    plan: str | None = None
+
+    def notes(self) -> Sequence[str]:
+        """What the table does not say, and what the twins rest on."""
+        return self.remarks
+
+    def tables(self) -> Sequence[ResultTable]:
+        """A row for each shot."""
+        return (ResultTable("", [_short(shot.figures) for shot in self.shots]),)
+
+    def to_json(self) -> list[Any]:
+        """All figures of each shot, and the lines of its spectra."""
+        return [finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in self.shots]
+
+    def write_figures(self, path: Path) -> None:
+        """One row for each shot, CSV or Parquet. Raises `ValueError` for another suffix."""
+        write_batches(path, iter([_columns([shot.figures for shot in self.shots])]))
+
+    def write_spectra(self, path: Path) -> None:
+        """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where
+        no plate answered."""
+        rows = [row for shot in self.shots for row in shot.spectrum]
+        if not rows:
+            raise ValueError(f"no spectrum to write to {path.name!r}: the twin has no plate")
+        write_batches(path, iter([_columns(rows)]))
+
+    def next_command(self) -> Sequence[str]:
+        """The run sheet of the plan."""
+        return ("plan", "sheet", self.plan, "--out", f"{self.plan}.html") if self.plan else ()
+
+
+def _short(figures: Row) -> Row:
+    row: Row = {name: figures[name] for name in _SHOWN if name in figures}
+    for name in _FIGURES:
+        shown = display_of(name)
+        numbers = (shown.scale * figures[f"predicted_{name}{end}"] for end in ("", "_low", "_high"))
+        mean, low, high = format_interval(*numbers)
+        row |= {name: mean, f"{shown.label} 90 %": f"{low} to {high}"}
+    return row | {name: figures[name] for name in ("rests_on_shots", "extrapolation")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,26 +233,22 @@ class BatchContext:
 
 def bench_of_rows(
     store: Store | None,
-    db: str,
+    twin_of: Callable[[TwinRequest], BuiltTwin],
     request: TwinRequest,
     rows: Sequence[ShotRow],
     draws: int,
     seed: int,
-    built: BuiltTwin | None = None,
 ) -> tuple[BatchContext, list[ShotRow], tuple[str, ...]]:
     """What `predict_batch` takes for rows of a table: the twin of each plate (`request.plate`,
     where it is given, is every row's), the rows with the factors that the contact model asks for;
     and what was assumed, for the user.
 
-    `built` is the twin of `request` where it is there already.
-
-    Raises as `twins.building.twin_of` and `rows.with_factors`.
+    Raises as `twin_of` and `with_factors`.
     """
     twins: dict[tuple[str | None, float], BuiltTwin] = {}
     for plate, height in dict.fromkeys(row.twin for row in rows):
-        own = replace(request, plate=request.plate or plate, chain_height_m=height)
-        twins[plate, height] = (
-            built if built is not None and own == request else twin_of(store, db, own)
+        twins[plate, height] = twin_of(
+            replace(request, plate=request.plate or plate, chain_height_m=height)
         )
     mass = next(iter(twins.values())).bench.impactor_mass_kg
     notes = (*assumed(rows, mass), *(note for built in twins.values() for note in built.notes))
@@ -234,20 +274,6 @@ def predict_batch(
     return [predicted_by_row[number] for number in range(len(rows))]
 
 
-def write_figures(out: Path, shots: Sequence[PredictedShot]) -> int:
-    """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
-    return write_batches(out, iter([_columns([shot.figures for shot in shots])]))
-
-
-def write_spectra(out: Path, shots: Sequence[PredictedShot]) -> int:
-    """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no
-    plate answered."""
-    rows = [row for shot in shots for row in shot.spectrum]
-    if not rows:
-        raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")
-    return write_batches(out, iter([_columns(rows)]))
-
-
 def _predict_row(item: tuple[int, ShotRow], bench: BatchContext) -> PredictedShot:
     row = item[1]
     try:
@@ -264,7 +290,7 @@ def _name(row: ShotRow) -> str:
 
 
 def _figures(prediction: Prediction) -> Row:
-    quantities = {name: getattr(prediction, name) for name in _QUANTITIES}
+    quantities = {name: getattr(prediction, name) for name in QUANTITIES}
     for sensor in prediction.sensors:
         quantities[f"peak_{sensor}_m_s2"] = prediction.peak_acceleration_m_s2(sensor)
     row: Row = {}
@@ -279,9 +305,11 @@ def _figures(prediction: Prediction) -> Row:
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
     return row | {
         "rests_on_shots": prediction.rests_on.shots,
-        "extrapolation": " ".join(map(extrapolation_text, extrapolations(prediction))),
+        "extrapolation": " ".join(
+            str(extrapolation_sentence(item)) for item in extrapolations(prediction)
+        ),
         "outside_domain": "; ".join(
-            (*bench_limit_warnings(prediction), *map(_outside, prediction.outside))
+            (*map(str, bench_limit_sentences(prediction)), *map(_outside, prediction.outside))
         ),
     }
 

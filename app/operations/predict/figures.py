@@ -23,7 +23,7 @@ from ...figures.figure import (
     category,
 )
 from .nearest_shots import MeasuredShot
-from .predicting import warnings
+from .validity import warning_sentences
 
 #: Points of an acceleration on the screen, and how much of it is shown.
 _POINTS, _UNTIL_S = 400, 0.01
@@ -178,6 +178,8 @@ def prediction_figure(prediction: Prediction) -> PlotGrid:
     makers = (force_figure, acceleration_figure, spectrum_figure)
     plots = [make(prediction) for make in makers[: 3 if prediction.sensors else 1]]
     notes = tuple(
-        sentence for sentence in (prediction.rests_on.sentence, *warnings(prediction)) if sentence
+        sentence
+        for sentence in (prediction.rests_on.sentence, *map(str, warning_sentences(prediction)))
+        if sentence
     )
     return PlotGrid("Predicted shot", tuple((plot,) for plot in plots), notes=notes)

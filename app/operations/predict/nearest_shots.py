@@ -19,6 +19,7 @@ from ....schema.impacts import ChannelFigures, Impact, Pulse, Shot
 from ....schema.listings import get_campaign_id
 from ....schema.recordings import RecordedChannel
 from ...common.quantities import cell, display_of
+from ..sentence import BEYOND, INSIDE, NOT_ENOUGH, Number, Sentence, first_allowed, sentence
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -218,22 +219,33 @@ def measured_spectra(
     return spectra
 
 
-def velocity_basis(built: BuiltTwin, pressure_pa: float | None) -> str:
-    """What the band of the velocity stands on, in one sentence; empty where the velocity is
-    given."""
+def velocity_basis(built: BuiltTwin, pressure_pa: float | None) -> Sentence | None:
+    """What the band of the velocity stands on; None where the velocity is given."""
     gun = built.twin.gun
     if gun is None or pressure_pa is None:
-        return ""
+        return None
     if gun.shots is None:
-        return "No measured shot tells the velocity: its band stands on what is assumed of the gun."
+        return sentence(
+            "No measured shot tells the velocity: its band stands on what is assumed of the gun.",
+            NOT_ENOUGH,
+            {"count": 0, "needed": 1},
+        )
     readings = gun.shots.tank_pressure_pa
-    unit, at = display_of("tank_pressure_pa").unit, cell("tank_pressure_pa", float(pressure_pa))
-    low, high = (cell("tank_pressure_pa", float(end)) for end in (readings.min(), readings.max()))
-    count, span = (
-        len(gun.shots),
-        f"at {low} {unit}" if low == high else f"between {low} and {high} {unit}",
+    ends = {"low": float(readings.min()), "high": float(readings.max())}
+    shown: dict[str, Any] = {
+        name: Number("tank_pressure_pa", pressure)
+        for name, pressure in {**ends, "at": float(pressure_pa)}.items()
+    }
+    count = len(gun.shots)
+    one_pressure = shown["low"].cell == shown["high"].cell
+    text = (
+        f"The velocity band stands on {{count}} measured shot{'s' if count > 1 else ''} "
+        f"{'at {high}' if one_pressure else 'between {low.cell} and {high}'}"
     )
-    text = f"The velocity band stands on {count} measured shot{'s' if count > 1 else ''} {span}"
-    # within a hundredth of the range, as the gun's own warning counts
-    inside = 0.99 * readings.min() <= pressure_pa <= 1.01 * readings.max()
-    return f"{text}." if inside else f"{text}; at {at} {unit} it is an extrapolation."
+    return first_allowed(
+        {"value": pressure_pa, **ends},
+        (INSIDE, f"{text}."),
+        (BEYOND, f"{text}; at {{at}} it is an extrapolation."),
+        count=Number("shots", count, "count"),
+        **shown,
+    )

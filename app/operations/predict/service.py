@@ -4,7 +4,7 @@ SI."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from html import escape
@@ -31,15 +31,22 @@ from ...figures.figure import (
     category,
 )
 from ...figures.matplotlib_renderer import axes_or_new, draw_plot, plot_on, plot_rows
-from .arguments import python_name, shot_of
-from .batch import ShotRow, rows_of_table
-from .predicting import prediction_json, warnings
+from ..faults import argument_of, read_arguments
+from ..operation import Result, ResultTable
+from ..sentence import Sentence
+from .batch import FIELDS, ShotRow, rows_of_table
+from .figures import prediction_figure
+from .predicting import prediction_json
+from .request import ShotRequest
+from .tables import quantity_rows, spectrum_rows
+from .validity import beyond_rows, domain_sentences, warning_sentences
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
     from ....twin.prediction import Prediction
+    from ...figures.figure import Figure
     from ...twins.building import BuiltTwin
 
 
@@ -237,15 +244,49 @@ class SensorSeries(Mapping[str, PredictedSeries]):
         return next(iter(self._series.values()))
 
 
-class ShotPrediction:
+@dataclass(frozen=True, eq=False)
+class ShotPrediction(Result):
     """What the twin predicts of one shot, each number and series with its 90 % band.
 
-    `prediction` is the record of the twin behind it.
+    `built` is the twin, and `prediction` its record.
     """
 
-    def __init__(self, built: BuiltTwin, prediction: Prediction) -> None:
-        self._built = built
-        self.prediction = prediction
+    built: BuiltTwin
+    prediction: Prediction
+
+    def notes(self) -> Sequence[str]:
+        """What was assumed, and where the contact is asked beyond its domain."""
+        return (*self.built.notes, *map(str, domain_sentences(self.prediction)))
+
+    def sentences(self) -> Sequence[Sentence]:
+        """What the bands rest on."""
+        return (Sentence(self.rests_on),) if self.rests_on else ()
+
+    def tables(self) -> Sequence[ResultTable]:
+        """The numbers, the spectra, what lies beyond the learned shots, and what answered."""
+        beyond = beyond_rows(self.prediction)
+        models = self.prediction.models.items()
+        return (
+            ResultTable("This shot, with 90 % bands", list(quantity_rows(self.prediction))),
+            ResultTable(
+                "Shock response spectrum",
+                list(spectrum_rows(self.prediction)),
+                "no plate: no spectrum",
+            ),
+            *([ResultTable("Beyond what is known", beyond)] if beyond else ()),
+            ResultTable(
+                "What answered",
+                [{"stage": stage, "answered": answer} for stage, answer in models],
+            ),
+        )
+
+    def figures(self) -> Sequence[Figure]:
+        """Force, accelerations and spectra."""
+        return (prediction_figure(self.prediction),)
+
+    def next_command(self) -> Sequence[str]:
+        """How far it can be trusted."""
+        return ("validate", self.built.bench.campaign or "CAMPAIGN")
 
     @property
     def velocity(self) -> PredictedNumber:
@@ -316,7 +357,7 @@ class ShotPrediction:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Where the twin was asked beyond what it knows, in sentences."""
-        return tuple(map(argument_names, warnings(self.prediction)))
+        return tuple(argument_names(claim.text) for claim in warning_sentences(self.prediction))
 
     @property
     def rests_on(self) -> str:
@@ -338,7 +379,7 @@ class ShotPrediction:
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock predict --json` prints it."""
-        return prediction_json(self._built, self.prediction)
+        return prediction_json(self.built, self.prediction)
 
     def plot(self) -> list[Axes]:
         """Force, accelerations and spectra, one below the other."""
@@ -346,8 +387,6 @@ class ShotPrediction:
 
     def figure(self) -> PlotGrid:
         """Force, accelerations and spectra, one below the other, as a figure."""
-        from .figures import prediction_figure
-
         return prediction_figure(self.prediction)
 
     def __repr__(self) -> str:
@@ -375,27 +414,20 @@ def _series(
     )
 
 
-#: Arguments that a table of runs has as columns of the same name.
-_COMMON = ("insulator", "impact_position", "boundary_conditions", "valve_profile")
 _LABELS = ("run", "repetition")
 #: Argument -> the column of a table of runs that says the same.
 _OF_RUNS = {
-    "tank_pressure": "tank_pressure_bar",
-    "velocity": "impact_velocity_m_s",
-    "bullet_mass": "bullet_mass_kg",
-    "tip": "tip_material",
-    "tip_radius": "tip_radius_mm",
-    "anvil": "anvil_material",
+    argument_of(name, ShotRequest.model_fields[name]): column for column, name in FIELDS.items()
 }
 #: Columns that only one of the two forms has.
-_ARGUMENTS = tuple(_OF_RUNS)
+_ARGUMENTS = tuple(argument for argument, column in _OF_RUNS.items() if argument != column)
 #: Columns of the library's frames in SI -> that of a table of runs, and its unit in SI.
 _IN_SI = {
     f"{factor.name}_{factor.si_unit.lower()}": (factor.column, factor.scale)
     for factor in KNOWN_FACTORS
     if factor.si_unit is not None and factor.scale != 1.0
 }
-_RUN_COLUMNS = {*_OF_RUNS.values(), *_IN_SI, "plate_material"}
+_RUN_COLUMNS = {*FIELDS, *_IN_SI, "plate_material"}
 
 
 def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
@@ -414,7 +446,7 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
         return rows_of_table(
             [dict(_cell(name, value) for name, value in row.items()) for row in rows], "shots"
         )
-    columns = (*_ARGUMENTS, *_COMMON, *_LABELS)
+    columns = (*_OF_RUNS, *_LABELS)
     unknown = [str(name) for name in shots.columns if name not in columns]
     if unknown:
         given = next(name for name in _ARGUMENTS if name in shots.columns)
@@ -438,6 +470,6 @@ def _shot_row(row: dict[str, Any], number: int) -> ShotRow:
     arguments = {name: value for name, value in row.items() if name not in _LABELS}
     labels = {name: str(value) for name, value in row.items()}
     try:
-        return ShotRow(labels, shot_of(python_name, **arguments), None)
+        return ShotRow(labels, read_arguments(ShotRequest, arguments), None)
     except ValueError as error:
         raise ValueError(f"shots, row {number}: {error}") from error

@@ -8,10 +8,10 @@ from typing import Any
 from ....twin.prediction import Prediction, Quantity
 from ...common.number_format import format_interval
 from ...common.quantities import Display, display_of
-from .predicting import warnings_of_number
+from .validity import warnings_of_number
 
 #: Numbers of the prediction, in their order.
-_QUANTITIES = (
+QUANTITIES = (
     "velocity_m_s",
     "contact_time_s",
     "compression_time_s",
@@ -25,7 +25,7 @@ _ACCELERATION = "acceleration_m_s2"
 def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
     """Named quantities, 90 % intervals as texts; with `warning` where an input is beyond what was
     learned."""
-    for field in _QUANTITIES:
+    for field in QUANTITIES:
         warning = warnings_of_number(prediction, field)
         shown = display_of(field)
         yield _row(shown.label, shown, getattr(prediction, field)) | (

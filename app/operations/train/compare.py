@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
@@ -11,7 +10,7 @@ from pydantic import Field, model_validator
 from ....training.evaluation.metrics import METRICS
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, Progress, Request
+from ..operation import Operation, Output, Progress, Request, Result
 from .service import ModelComparison
 
 #: Versions that a comparison takes at most.
@@ -94,12 +93,6 @@ def _run(request: Comparing, laboratory: Laboratory, _: Progress) -> ModelCompar
     return ModelComparison(comparisons, request.metric, tuple(remarks))
 
 
-def _draw(comparison: ModelComparison, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(comparison.figures()[0], path)
-
-
 COMPARE: Operation[Comparing, ModelComparison] = Operation(
     name="compare",
     request=Comparing,
@@ -114,6 +107,10 @@ COMPARE: Operation[Comparing, ModelComparison] = Operation(
 pyroshock compare gp@1 linear@1 --metric cost --plot difference.png""",
     route=("GET", "/models/compare"),
     label=lambda request: ", ".join(request.version),
-    outputs=(Output("plot", "Draw the first comparison into FILE.png.", _draw, older="out"),),
+    outputs=(
+        Output(
+            "plot", "Draw the first comparison into FILE.png.", Result.write_figure, older="out"
+        ),
+    ),
     absent={"form": "its page is an address that can be sent on: /models/compare?version=A"},
 )

@@ -11,7 +11,7 @@ import numpy as np
 from ....training.evaluation.floor import SCOPES
 from ....training.evaluation.metrics import METRICS, figures, reconstruct
 from ....training.registry.intact_models import damages
-from ....training.registry.listing import COVERED, finite, newest, of_dataset
+from ....training.registry.listing import COVERED, finite
 from .comparing import MOST_EACH_WITH_EACH, comparisons_of
 from .tables import floors_by_ground, json_row
 
@@ -31,20 +31,6 @@ LEVELS = (0.50, 0.80, 0.90, 0.95)
 _BAND = 1.645
 #: A picture holds so many points; of more pulses, as many are taken evenly.
 MOST_PULSES = 2000
-
-
-def listed_versions(
-    registry: Registry, *, dataset: str | None = None, split: str | None = None, every: bool = False
-) -> list[dict[str, Any]]:
-    """`version_row` of every registered version, the newest first; only the newest of its kind
-    unless `every`.
-
-    Raises `LookupError` for a dataset of which there is no model.
-    """
-    versions = registry.versions()
-    versions = of_dataset(versions, dataset) if dataset is not None else versions
-    versions = [version for version in versions if split in (None, version.split)]
-    return version_rows(registry, versions if every else newest(versions))
 
 
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:

@@ -207,12 +207,6 @@ def _write(dataset: FrozenDataset, path: Path) -> None:
     export_snapshot(dataset.snapshot, path)
 
 
-def _plot(shown: ShownDataset, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(shown.figures()[0], path)
-
-
 DATASET_LIST = Operation(
     name="dataset-list",
     request=Request,
@@ -233,7 +227,7 @@ DATASET_SHOW = Operation(
     example="pyroshock dataset show rehearsal-pulses --plot pulses.png",
     command=("dataset", "show"),
     route=("GET", "/datasets/{name}"),
-    outputs=(Output("plot", "Draw correlations and values into FILE.png.", _plot),),
+    outputs=(Output("plot", "Draw correlations and values into FILE.png.", Result.write_figure),),
     absent={"form": _READING},
 )
 DATASET_TRACE = Operation(

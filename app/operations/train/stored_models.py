@@ -133,14 +133,12 @@ def _show(request: ShownModel, laboratory: Laboratory, _: Progress) -> ModelVers
 
 
 def _plot(shown: ModelVersion, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
     if not shown.searches:
         raise LookupError(
             f"{shown.version.label} has no trials to draw: nothing was searched, or older software "
             "trained it"
         )
-    write_figure(shown.figures()[0], path)
+    shown.write_figure(path)
 
 
 class DeletedVersion(NamedVersion):

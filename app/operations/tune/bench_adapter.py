@@ -166,12 +166,12 @@ def _elastic(material: ElasticMaterial) -> Elastic:
 
 def outside_of(twin: Twin) -> Outside:
     """What the contact stage says of settings at their nominal velocity, as `predict` says it."""
-    from ..predict.predicting import outside_text
+    from ..predict.validity import outside_sentence
 
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         out_of_domain = twin.contact.outside(ImpactBatch(settings, twin.velocities(settings)))
         return [
-            tuple(outside_text(item, twin.models["contact"]).rstrip(".") for item in items)
+            tuple(str(outside_sentence(item, twin.models["contact"])).rstrip(".") for item in items)
             for items in out_of_domain
         ]
 

@@ -10,7 +10,7 @@ from ....files.atomic_write import write_text
 from ...common.number_format import finite
 from ..faults import about_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Output, Progress
+from ..operation import FormPage, Operation, Output, Progress, Result
 from .request import Tuning
 from .service import TunedSettings, search_settings
 
@@ -32,12 +32,6 @@ def _run(request: Tuning, laboratory: Laboratory, progress: Progress) -> TunedSe
         return search_settings(
             laboratory.store, laboratory.db, request.prescribed(), request, twin, progress
         )
-
-
-def _write_plot(settings: TunedSettings, path: Path) -> None:
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(settings.figure(), path)
 
 
 def _write_avoid(settings: TunedSettings, path: Path) -> None:
@@ -76,7 +70,7 @@ TUNE: Operation[Tuning, TunedSettings] = Operation(
         Output(
             "plot",
             "Draw the spectra of the best settings into FILE.",
-            _write_plot,
+            Result.write_figure,
             missing=lambda settings: (
                 "" if settings.tuned.proposals else "the bench can fire no setting"
             ),

@@ -14,11 +14,13 @@ import pytest
 from click.testing import CliRunner
 from pyroshock.app.common.errors import argument_names
 from pyroshock.app.common.quantities import shown_in
-from pyroshock.app.doors.commands.predict import predict
+from pyroshock.app.doors.command_line.operation_command import command_of
 from pyroshock.app.library.laboratory_twin import LaboratoryTwin
+from pyroshock.app.operations.predict.predict import PREDICT
 from pyroshock.app.operations.predict.service import ShotPrediction
 from support.stores.stores import pyroshock
 
+predict = command_of(PREDICT)
 LINES = "200:4000:3"
 SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
 FEW = 8
@@ -65,19 +67,9 @@ def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(
         frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25
     )
-    words = (
-        "--contact",
-        "hertz",
-        "--coupled",
-        "--sensor-at",
-        "0.3,0.3",
-        "--sensor-at",
-        "0.6,0.3",
-        "--q",
-        "25",
-    )
+    words = "--contact hertz --coupled --sensor-at 0.3,0.3 --sensor-at 0.6,0.3 --q 25"
     shot = twin.predict(velocity=2.0, draws=FEW)
-    assert shot.to_json() == printed("--velocity", "2m/s", *words)
+    assert shot.to_json() == printed("--velocity", "2m/s", *words.split())
     with pytest.raises(ps.NotFoundError, match="no sensor 'roof'"):
         shot.srs["roof"]
 
@@ -206,7 +198,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(
     ("predict", {"tank_pressure": 1e5, "velocity": 2.0},
      "velocity and tank_pressure: expected one of them"),
     ("predict", {"tip": "cheese"}, "no material 'cheese'; there are: "),
-    ("predict", {"draws": -1}, "draws is -1; expected 0"),
+    ("predict", {"draws": -1}, "draws is -1; expected a whole number from 0"),
     ("predict", {"factors": {"colour": "red"}},
      "colour = red: no stage of this twin uses it; the contact is the"),
     ("twin", {"q": 0.5}, "q is 0.5; expected"),
@@ -263,19 +255,8 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(
 ) -> None:
     plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1).to_frame()
     twin = store.twin(campaign="first-shots", frequencies="200:400:3")
-    words = (
-        "--plan",
-        "summer",
-        "--campaign",
-        "first-shots",
-        "--db",
-        url,
-        "--frequencies",
-        "200:400:3",
-        "--draws",
-        "4",
-    )
-    result = CliRunner().invoke(predict, [*words, "--json"])
+    words = "--plan summer --campaign first-shots --frequencies 200:400:3 --draws 4 --json --db"
+    result = CliRunner().invoke(predict, [*words.split(), url])
     assert result.exit_code == 0, result.stderr
     expected = pd.DataFrame(json.loads(result.stdout))
     found = twin.predict_many(plan, draws=4, progress=False)

@@ -28,11 +28,12 @@ from pyroshock.app.library.experiment_store import ExperimentStore
 from pyroshock.app.library.plans import PlanCollection
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
 from pyroshock.app.operations.diagnose import diagnosing
-from pyroshock.app.operations.faults import bare, bounds, read
+from pyroshock.app.operations.faults import argument_of, bare, bounds, read
 from pyroshock.app.operations.fields import RecordedFile, TextFile, presentation_of
 from pyroshock.app.operations.form import form_page, text_of
 from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
+from pyroshock.app.twins import building
 from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.model_storage import storage_for
@@ -42,6 +43,7 @@ from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, recording_name
+from support.records.twin_parts import unsolved
 from support.stores.registries import at_its_place
 from support.stores.stores import opened, pyroshock, run_pyroshock
 from support.stores.web_stores import DATASET, HAMMER, filled_lab
@@ -92,6 +94,9 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "train": {"dataset": DATASET, "models": ("linear", "tree"), "split": ("repetitions",)},
     "compare": {"version": ("linear@1", "tree@1"), "metric": "cost"},
     "promote": {"model": "tree", "version": 1, "force": True, "reason": "a start"},
+    "model-list": {"dataset": DATASET, "every": True},
+    "promotion-list": {},
+    "model-held-out": {"model": "linear", "version": 1},
     "model-show": {"model": "linear@1"},
     "model-delete": {"model": "linear", "version": 1},
     "model-recover": {},
@@ -101,6 +106,15 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "dataset-trace": {"name": DATASET},
     "dataset-export": {"name": DATASET},
     "dataset-delete": {"name": "spare"},
+    "predict": {
+        "impact_velocity_m_s": "8m/s",
+        "contact": "hertz",
+        "effects": ("plate.damping:factor=2.0",),
+        "draws": 4,
+        "frequencies": "200:800:3",
+    },
+    "twin": {"contact": "hertz"},
+    "report": {"subject": HAMMER},
     "diagnose": {"campaign": "spring", "seed": 1, "with_effects": ["gun.valve_flow"]},
     "plan-next-runs": {"diagnosis": 1, "name": "apart"},
     "adopt": {"diagnosis": 1, "effect": "contact.layer_compliance"},
@@ -164,7 +178,7 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "velocity": "integrated"})
     ],
 }
-_OF_MODELS = ("train", "compare", "promote", "model-", "dataset-", "spectra")
+_OF_MODELS = ("train", "compare", "promot", "model-", "dataset-", "spectra", "report")
 #: These find campaigns, a dataset and models in the store.
 FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)}
 #: These find a campaign and a diagnosis of it in the store.
@@ -206,10 +220,11 @@ class MadeUpScore:
 
 @pytest.fixture(autouse=True)
 def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Diagnoses and blind checks are made up."""
+    """Diagnoses and blind checks are made up, and plates need no solution."""
     answer = verdicts.verdict(campaign="spring", next_runs=(NEXT,))
     monkeypatch.setattr(diagnosing, "run_diagnosis", lambda *_, **__: answer)
     monkeypatch.setattr(blind_check, "run", lambda *_, **__: MadeUpScore())
+    monkeypatch.setattr(building, "solved", unsolved)
 
 
 def filled(store: Path, copy: Path) -> str:
@@ -329,7 +344,8 @@ def test_a_value_beyond_its_bounds_is_refused_with_the_same_words_at_every_door(
         method.__get__(Library(store, url))(
             progress=False, **{key: part for key, part in values.items() if key != "method"}
         )
-    words = str(python.value)
+    argument = argument_of(field_name, request.model_fields[field_name])
+    words = field_name + str(python.value).removeprefix(argument)
     assert words.startswith(f"{field_name} is ") and "; expected " in words
     if "command" not in declared.absent:
         field = request.model_fields[field_name]
@@ -391,8 +407,8 @@ def test_a_request_gives_the_same_answer_at_every_door(
             answers[door] = json.loads(
                 json.dumps(lasting(answer, passing), sort_keys=True).replace(str(folder), "FOLDER")
             )
-    first = answers.pop("command", answers.get("json"))
     python = answers.pop("python", {})
+    first = answers.pop("command", python.get("result", answers.get("json")))
     expected = {"json": python.get("network", first)}
     assert python.get("result", first) == first
     assert all(answer == expected.get(door, first) for door, answer in answers.items()), answers
@@ -474,17 +490,6 @@ _MODELS = "It reads models and predicts, and is not an operation yet."
 NO_OPERATION = {
     "serve": "It starts the web application, which answers operations.",
     "demo": "It starts a tour, which asks for operations.",
-    **dict.fromkeys(("models", "predict", "report"), _MODELS),
-    **dict.fromkeys(
-        [
-            "/api/models",
-            "/api/models/promotions",
-            "/api/models/{name}/{version}",
-            "/api/predict",
-            "/api/twin",
-        ],
-        _MODELS,
-    ),
     "/api/csrf": "It gives the token that a write needs.",
     "/api/ingest/upload": "Its body is a form with files, in place of the path of an ingest.",
     "/api/ingest/folders": "It names what the path of an ingest may be.",

@@ -22,8 +22,8 @@ from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.figures.figure import Plot
 from pyroshock.app.operations.ingest.planned_achieved import planned_achieved_rows
-from pyroshock.app.report.campaign import campaign_document
-from pyroshock.app.report.campaign_pulses import pulses_of, telling_factor
+from pyroshock.app.operations.report.campaign import campaign_document
+from pyroshock.app.operations.report.campaign_pulses import pulses_of, telling_factor
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import ChannelFigures, Impact, Pulse, Shot
 from pyroshock.schema.listings import iter_impacts, iter_shots

@@ -24,9 +24,9 @@ from pyroshock.app.documents.document import (
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.operations.diagnose.report import document_of
+from pyroshock.app.operations.report.campaign import campaign_document
+from pyroshock.app.operations.report.model import model_document
 from pyroshock.app.operations.validate.report import validation_document
-from pyroshock.app.report.campaign import campaign_document
-from pyroshock.app.report.model import model_document
 from pyroshock.schema.recordings import QualityFinding, Recording
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.listing import chosen

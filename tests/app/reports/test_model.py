@@ -14,8 +14,8 @@ from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.figures.agreement import MOST_POINTS
 from pyroshock.app.figures.figure import LineSeries, PointSeries
+from pyroshock.app.operations.report.model import model_document, of_all_splits
 from pyroshock.app.operations.train.wording import share, share_with_range
-from pyroshock.app.report.model import model_document, of_all_splits
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.evaluation.floor import floor_metrics
 from pyroshock.training.evaluation.summary import Estimate

@@ -75,16 +75,7 @@ def test_conditions_are_those_of_the_command_line(filled: Lab, where: str) -> No
 
 
 def test_a_prediction_is_that_of_the_command_line_by_query_and_body(filled: Lab) -> None:
-    words = (
-        "--tank-pressure",
-        "5bar",
-        "--bullet-mass",
-        "0.2kg",
-        "--tip",
-        "aluminum",
-        "--contact",
-        "hertz",
-    )
+    words = "--tank-pressure 5bar --bullet-mass 0.2kg --tip aluminum --contact hertz"
     ours = filled.client.get(
         "/api/predict",
         params={
@@ -94,7 +85,7 @@ def test_a_prediction_is_that_of_the_command_line_by_query_and_body(filled: Lab)
             "contact": "hertz",
         },
     ).json()
-    assert ours == told(filled, "predict", *words)
+    assert ours == told(filled, "predict", *words.split())
     low, high = ours["velocity_m_s"]["ci90"]
     assert 0 < low < ours["velocity_m_s"]["mean"] < high
     question = {"impact_velocity_m_s": 8.0, "contact": "hertz", "draws": 16, "seed": 3}
@@ -176,6 +167,7 @@ def test_stored_data_come_as_they_are_and_a_spectrum_is_the_closed_form(filled: 
     ("/api/predict?tank_pressure_pa=1e5&impact_velocity_m_s=5", 422, "one of them"),
     ("/api/predict?contact=unknown", 404, "unknown"),
     ("/api/predict?colour=red", 422, "colour"),
+    ("/api/predict?draws=5000", 422, "draws is 5000; expected at most 1,024"),
     ("/api/diagnoses/77", 404, "77"),
     ("/api/plans/winter", 404, "winter"),
     ("/api/spectra?impact=99999", 404, "99999"),

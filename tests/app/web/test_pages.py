@@ -211,8 +211,8 @@ def test_a_bad_address_is_answered_in_words(
     ("contact=gp@99", 404, "contact", "gp"),
     ("plate=butter", 404, "plate", "butter"),
     ("tank_pressure_pa=abc", 422, "tank_pressure_pa",
-     "Tank pressure is &#39;abc&#39;: expected a number."),
-    ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is &#39;0&#39;"),
+     "Tank pressure is &#39;abc&#39;; expected a number with a unit, such as 1bar."),
+    ("tip_radius_m=0", 422, "tip_radius_m", "Tip radius is 0; expected a number from 1e-05 to 10."),
     ("tip_material=butter", 200, "tip_material", "expected one of"),
 ])  # fmt: skip
 def test_the_twin_names_a_bad_value_at_its_control_and_lives(

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.common.number_format import format_interval
+from pyroshock.app.operations.predict.controls import VELOCITY_M_S
 from pyroshock.app.twins import building
 from pyroshock.app.twins.benches import bench_of_campaign
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.twin_cache import TwinCache
-from pyroshock.app.web.predicted_shots import VELOCITY_M_S
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import Prediction, RestsOn
@@ -269,20 +269,8 @@ def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(
         filled.client.get("/api/predict", params={**shot, "chain_height_m": height}).json()
         for height in (0.0, 0.112)
     )
-    words = (
-        "predict",
-        "--velocity",
-        "8m/s",
-        "--contact",
-        "hertz",
-        "--q",
-        "12.5",
-        "--seed",
-        "3",
-        "--db",
-        filled.db,
-    )
-    command = json.loads(pyroshock(*words, "--chain-height", "112mm", "--json").stdout)
+    words = "predict --velocity 8m/s --contact hertz --q 12.5 --seed 3 --chain-height 112mm --json"
+    command = json.loads(pyroshock(*words.split(), "--db", filled.db).stdout)
     with filled.store.reading() as session:
         y = bench_of_campaign(session, None).drawing.impact_points["#1"][1]
     assert peak_m_s2(higher) / peak_m_s2(usual) == pytest.approx((y - 0.112) / y, rel=1e-6)

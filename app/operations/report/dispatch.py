@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
-from ...schema.campaigns import Campaign
-from ...schema.conditions import has_campaign
-from ...schema.diagnoses import Diagnosis
-from ...schema.listings import get_campaign_id
-from ..documents.document import Document
+from ....schema.campaigns import Campaign
+from ....schema.conditions import has_campaign
+from ....schema.diagnoses import Diagnosis
+from ....schema.listings import get_campaign_id
+from ...documents.document import Document
 
 if TYPE_CHECKING:
-    from ...schema.session import Store
+    from ....schema.session import Store
 
 CAMPAIGN, DIAGNOSIS, MODEL = "campaign:", "diagnosis:", "models:/"
 
@@ -60,7 +60,7 @@ def _campaign(store: Store, _db: str, name: str) -> Document:
 
 
 def _diagnosis(store: Store, _db: str, which: str) -> Document:
-    from ..operations.diagnose.report import diagnosis_document
+    from ..diagnose.report import diagnosis_document
 
     with store.reading() as session:
         if which.isdigit():
@@ -77,8 +77,8 @@ def _diagnosis(store: Store, _db: str, which: str) -> Document:
 
 
 def _model(store: Store, db: str, label: str) -> Document:
-    from ...training.registry.listing import chosen
-    from ..common.model_registry import models_extra, reader_of, registry_of
+    from ....training.registry.listing import chosen
+    from ...common.model_registry import models_extra, reader_of, registry_of
     from .model import model_document
 
     registry = registry_of(db)
@@ -100,7 +100,7 @@ _FORMS: dict[str, Callable[[Store, str, str], Document]] = {
 def _models(db: str) -> dict[str, list[int]]:
     """Versions by name, the newest first; none where there is no registry, or nothing that could
     read one."""
-    from ..common.model_registry import MissingExtraError, models_extra, registry_of
+    from ...common.model_registry import MissingExtraError, models_extra, registry_of
 
     try:
         with models_extra():

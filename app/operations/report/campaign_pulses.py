@@ -12,13 +12,13 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ...array_types import Floats
-from ...schema.conditions import CAMPAIGN, IMPACT_COLUMNS, QUALITY
-from ...schema.impacts import Impact, Pulse, Shot
-from ...schema.listings import get_campaign_id, iter_impacts, iter_shots
-from ..common.nominal_velocity import with_predictions
-from ..common.number_format import signed_percent
-from ..common.quantities import (
+from ....array_types import Floats
+from ....schema.conditions import CAMPAIGN, IMPACT_COLUMNS, QUALITY
+from ....schema.impacts import Impact, Pulse, Shot
+from ....schema.listings import get_campaign_id, iter_impacts, iter_shots
+from ...common.nominal_velocity import with_predictions
+from ...common.number_format import signed_percent
+from ...common.quantities import (
     cell,
     display_of,
     heading,
@@ -28,7 +28,7 @@ from ..common.quantities import (
     velocity_label,
     velocity_with_uncertainty,
 )
-from ..documents.document import (
+from ...documents.document import (
     Block,
     Cell,
     ChartRow,
@@ -37,8 +37,8 @@ from ..documents.document import (
     Table,
     mean_and_spread,
 )
-from ..figures.agreement import MOST_POINTS, agreement_plot
-from ..figures.figure import (
+from ...figures.agreement import MOST_POINTS, agreement_plot
+from ...figures.figure import (
     CATEGORIES,
     BandSeries,
     LineSeries,
@@ -239,7 +239,7 @@ def _heading(key: str, pulses: PulseGroups) -> str:
 
 
 def _overlay(pulses: PulseGroups) -> ChartRow:
-    from ...training.evaluation.metrics import reconstruct
+    from ....training.evaluation.metrics import reconstruct
 
     few = len(pulses.groups) <= len(CATEGORIES)
     factor = None if few else telling_factor(pulses)

@@ -1,160 +1,38 @@
-"""What the web application asks of a twin: the shot that a page or a script describes, what can be
-set of it, and what the model has learned from. The first twin is built while nobody waits for
-it."""
+"""What can be set of a shot, in which ranges, and what the model has learned of it."""
 
 from __future__ import annotations
 
-import logging
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from fastapi import Depends, Query
-from pydantic import BaseModel, ConfigDict, Field
-from starlette.requests import Request
 
-from ...schema.known_factors import CHAIN_PITCH_M
-from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
-from ..operations.predict.predicting import (
-    NONE,
-    TANK_PRESSURE_PA,
-    ShotRequest,
-    is_used,
-    parse_factor,
-)
-from ..twins.benches import LEAST_PRESSURE_PA
-from ..twins.building import TwinRequest
-from ..twins.twin_cache import TwinCache
-from .dependencies import Word
+from ....schema.known_factors import CHAIN_PITCH_M
+from ....twin.setting import BOUNDARY_CONDITIONS, INSULATORS
+from ...common.quantities import display_of
+from ...twins.benches import LEAST_PRESSURE_PA
+from .factors import is_used, registered_contact
+from .request import NONE, TANK_PRESSURE_PA, ShotRequest
 
 if TYPE_CHECKING:
-    from ...dataset.validity_limits import Limit
-    from ...doe.factors import DesignFactor
-    from ...doe.space import Space
-    from ..twins.building import BuiltTwin
-
-
-def _twins(request: Request) -> TwinCache:
-    shelf: TwinCache = request.app.state.twins
-    return shelf
-
-
-Twins = Annotated[TwinCache, Depends(_twins)]
-
-
-class PredictionOptions(BaseModel):
-    """A shot as `pyroshock predict` takes it, SI; the twin is that of a campaign's bench (none: the
-    newest gun's).
-
-    The bounds are orders of magnitude beyond any bench: between them an answer takes a second at
-    most.
-    """
-
-    model_config = ConfigDict(extra="forbid")
-
-    campaign: Word | None = None
-    contact: Word | None = Field(
-        None, description="a law of contact, or NAME@VERSION; none: the model in use"
-    )
-    plate: Word | None = None
-    q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
-    adopted: bool = True
-    coupled: bool = Field(
-        False, description="contact law and plate solved together: thin plates, soft tips"
-    )
-    chain_height_m: Annotated[float, Field(ge=-10, le=10)] = Field(
-        0.0,
-        description="by which the plate of a gun hangs "
-        "higher: a multiple of 0.056, a link of its chain",
-    )
-    tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
-    impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
-    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(
-        None, description="none: the bench's"
-    )
-    tip_material: Word = "steel"
-    tip_radius_m: Annotated[float, Field(ge=1e-5, le=10)] = 0.045
-    anvil_material: Word = "none"
-    insulator: Word = "none"
-    impact_position: Word = "#1"
-    boundary_conditions: Literal["free", "fixed"] | None = None
-    factor: list[Word] = Field(
-        [], max_length=50, description="NAME=VALUE of a factor that the model learned from, SI"
-    )
-    valve_profile: Word | None = Field(
-        None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open"
-    )
-    draws: Annotated[int, Field(ge=2, le=1024)] = 64
-    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
-
-    def request(self) -> TwinRequest:
-        return TwinRequest(
-            campaign=self.campaign,
-            contact=self.contact,
-            plate=self.plate,
-            q=self.q,
-            adopted=self.adopted,
-            coupled=self.coupled,
-            chain_height_m=self.chain_height_m,
-        )
-
-    def shot(self) -> ShotRequest:
-        names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa",
-        "impact_velocity_m_s",
-                 "anvil_material", "insulator", "impact_position", "boundary_conditions",
-                 "valve_profile")  # fmt: skip
-        factors = dict(parse_factor(text) for text in self.factor)
-        return ShotRequest(**{name: getattr(self, name) for name in names}, factors=factors)
-
-
-Asked = Annotated[PredictionOptions, Query()]
-
-
-def link_arguments(question: PredictionOptions) -> dict[str, Any]:
-    """What a link to this question carries."""
-    return question.model_dump(exclude_defaults=True)
-
-
-_log = logging.getLogger("pyroshock.web")
-_HEAVY = (
-    "scipy.stats",
-    "scipy.optimize",
-    "scipy.interpolate",
-    "pyroshock.app.operations.plan.quality",
-    "pyroshock.app.operations.train.comparing",
-)
-
-
-def warm_up_in_thread(twins: TwinCache) -> threading.Thread:
-    """Begin in a thread of its own; what fails here is told where it is asked for."""
-
-    def work() -> None:
-        try:
-            for name in _HEAVY:
-                import_module(name)
-            twins.get(TwinRequest())
-        except Exception as error:  # noqa: BLE001 - a page tells it to who asks
-            _log.info("not warmed: %s", error)
-
-    thread = threading.Thread(target=work, name="pyroshock warming", daemon=True)
-    thread.start()
-    return thread
-
+    from ....dataset.validity_limits import Limit
+    from ....doe.factors import DesignFactor
+    from ....doe.space import Space
+    from ...twins.building import BuiltTwin
 
 #: Source of a predictor -> the model's limit of it.
 Known = Mapping[str, "Limit"]
 
-#: Name -> unit on the screen, how many of them one SI unit is, step in it.
-_SHOWN = {
-    "tank_pressure_pa": ("bar", 1e-5, 0.05),
-    "impact_velocity_m_s": ("m/s", 1.0, 0.1),
-    "bullet_mass_kg": ("kg", 1.0, 0.01),
-    "tip_radius_m": ("mm", 1e3, 1.0),
+#: Step of a number, SI.
+_STEPS = {
+    "tank_pressure_pa": 0.05e5,
+    "impact_velocity_m_s": 0.1,
+    "bullet_mass_kg": 0.01,
+    "tip_radius_m": 1e-3,
 }
 _LEAST_M_S = 0.1
+_USUAL = ShotRequest()
 #: Of impact, where neither pressure nor velocity is said on a bench without a gun.
 VELOCITY_M_S = 1.0
 
@@ -171,8 +49,8 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     knows its points alone. `factors`: what the lab owns, else the shipped gun's. Raises
     `ValueError` for factors without tip radius or bullet mass.
     """
-    from ...doe.limits.bench import read_limits
-    from ...doe.space import gun_space
+    from ....doe.limits.bench import read_limits
+    from ....doe.space import gun_space
 
     space = factors or gun_space()
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
@@ -194,7 +72,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
         "tip_radius_m": (
             min(radii),
             max(radii),
-            ShotRequest.tip_radius_m,
+            _USUAL.tip_radius_m,
             radii,
             "factor.tip_radius",
         ),
@@ -218,13 +96,13 @@ def _owned(factors: Mapping[str, DesignFactor], name: str, scale: float) -> tupl
 def _number(
     name: str, low: float, high: float, default: float, levels: Sequence[float], limit: Limit | None
 ) -> dict[str, Any]:
-    unit, scale, step = _SHOWN[name]
+    shown = display_of(name)
     return {
-        "unit": unit,
-        "scale": scale,
+        "unit": shown.unit,
+        "scale": shown.scale,
         "low": low,
         "high": max(low, high),
-        "step": step / scale,
+        "step": _STEPS[name],
         "default": min(max(default, low), max(low, high)),
         "levels": list(levels),
         "domain": None if limit is None else [limit.low, limit.high],
@@ -238,7 +116,7 @@ def _choices(built: BuiltTwin, seen_levels: Known) -> dict[str, Any]:
         if built.twin.sensor_names
         else ("#1",)
     )
-    tip = ShotRequest.tip_material if ShotRequest.tip_material in names else names[0]
+    tip = _USUAL.tip_material if _USUAL.tip_material in names else names[0]
     choices = {
         "tip_material": _choice(names, tip, lambda name: _tip_known(built, seen_levels, name)),
         "anvil_material": _choice(
@@ -282,10 +160,8 @@ def _choice(names: Sequence[str], default: str, is_seen: Callable[[str], bool]) 
 def _seen_in_training(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds
     everywhere."""
-    from ...training.registry.contact_stage import RegisteredContact
-
-    contact = built.twin.contact
-    if not isinstance(contact, RegisteredContact):
+    contact = registered_contact(built)
+    if contact is None:
         return {}
     return dict(zip(contact.predictor_set.sources, contact.registered.domain.limits, strict=True))
 

@@ -10,13 +10,13 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from ...schema.campaigns import Campaign, Plan, PlannedRun
-from ...schema.impacts import Impact, Shot
-from ...schema.listings import get_campaign_id
-from ...schema.recordings import SET_ASIDE, Recording
-from ..common.number_format import number_ranges
-from ..common.quantities import display_of
-from ..documents.document import (
+from ....schema.campaigns import Campaign, Plan, PlannedRun
+from ....schema.impacts import Impact, Shot
+from ....schema.listings import get_campaign_id
+from ....schema.recordings import SET_ASIDE, Recording
+from ...common.number_format import number_ranges
+from ...common.quantities import display_of
+from ...documents.document import (
     Block,
     Bullets,
     Cell,
@@ -26,17 +26,17 @@ from ..documents.document import (
     Section,
     Table,
 )
-from ..figures.agreement import agreement_plot
-from ..figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries
-from ..operations.ingest.campaign_overview import count_findings
-from ..operations.ingest.design_coverage import (
+from ...figures.agreement import agreement_plot
+from ...figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries
+from ..ingest.campaign_overview import count_findings
+from ..ingest.design_coverage import (
     achieved_settings,
     level_coverage,
     plan_coverage,
     worked_off,
 )
-from ..operations.ingest.planned_achieved import constant_settings, planned_achieved_rows
-from ..operations.ingest.recording_quality import (
+from ..ingest.planned_achieved import constant_settings, planned_achieved_rows
+from ..ingest.recording_quality import (
     FindingRow,
     list_finding_rows,
     recording_quality,

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...array_types import Floats
-from ...training.evaluation.metrics import METRICS, figures, reconstruct
-from ...training.registry.listing import chosen, newest
-from ...training.registry.records import Decision, Version
-from ..common.number_format import format_number, percent_with_range
-from ..common.quantities import display_of
-from ..documents.document import (
+from ....array_types import Floats
+from ....training.evaluation.metrics import METRICS, figures, reconstruct
+from ....training.registry.listing import chosen, newest
+from ....training.registry.records import Decision, Version
+from ...common.number_format import format_number, percent_with_range
+from ...common.quantities import display_of
+from ...documents.document import (
     Block,
     Bullets,
     Cell,
@@ -24,10 +24,10 @@ from ..documents.document import (
     Section,
     Table,
 )
-from ..figures.agreement import MOST_POINTS, agreement_plot
-from ..figures.figure import ColourRole, LineSeries, Plot, PlotAxis, PointSeries, category
-from ..operations.train.figures import side_by_side, version_row
-from ..operations.train.wording import (
+from ...figures.agreement import MOST_POINTS, agreement_plot
+from ...figures.figure import ColourRole, LineSeries, Plot, PlotAxis, PointSeries, category
+from ..train.figures import side_by_side, version_row
+from ..train.wording import (
     bounded,
     difference_sentence,
     share,
@@ -38,9 +38,9 @@ from ..operations.train.wording import (
 )
 
 if TYPE_CHECKING:
-    from ...dataset.table import PulseTable
-    from ...training.models.base import ContactPrediction
-    from ...training.registry.registry import Registry
+    from ....dataset.table import PulseTable
+    from ....training.models.base import ContactPrediction
+    from ....training.registry.registry import Registry
 
     Read = Callable[[str], PulseTable]
 
@@ -237,7 +237,7 @@ def _figure_words(metric: str, mean: float | None, ci90: Sequence[float] | None)
 def pulses_section(registry: Registry, version: Version, read: Read) -> Section:
     """The charts; in their place the reason where the store has not the pulses, or the registry not
     the predictions."""
-    from ...training.registry.evaluate import evaluate_held_out
+    from ....training.registry.evaluate import evaluate_held_out
 
     title = "On the pulses held out"
     try:
@@ -314,7 +314,7 @@ def _clouds(pulses: PulseTable, key: str, measured: Floats, predicted: Floats) -
 def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Plot]:
     """How many measurements central intervals hold, beside how many they promise to; none without a
     spread."""
-    from ...training.evaluation.coverage import LEVELS, coverage
+    from ....training.evaluation.coverage import LEVELS, coverage
 
     pairs = (
         ("force", prediction.force_n - pulses.force_n, prediction.force_spread_n),
