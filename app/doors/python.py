@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, cast
+from types import MethodType
+from typing import TYPE_CHECKING, Any, Generic
 
 from pydantic_core import PydanticUndefined
 
-from ..common.errors import library_errors
+from ..common.errors import argument_names, library_errors
 from ..common.frames import step_bar
 from ..operations.faults import read
 from ..operations.fields import presentation_of
@@ -29,6 +31,13 @@ if TYPE_CHECKING:
         def url(self) -> str: ...
 
 
+#: How help says that an option takes several values, and what holds without it.
+_REPEATED = re.compile(
+    r"Repeat the option, or give a list: \S+\.(?=\s|$)|(?:The option|It) can be repeated\."
+)
+_STATED_DEFAULT = re.compile(r"\[default:? ([^\]]+)\]")
+
+
 class PythonMethod(Generic[Answer]):
     """A method of a class of the library that asks for an operation.
 
@@ -39,33 +48,31 @@ class PythonMethod(Generic[Answer]):
     def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
-        self.__doc__ = documentation(request, operation)
-        self.__signature__ = signature(request, operation)
+
+        def method(instance: Owner, /, *args: Any, progress: bool = True, **values: Any) -> Answer:
+            with library_errors():
+                return self._answer(instance, args, progress, values)
+
+        method.__doc__ = documentation(request, operation)
+        method.__signature__ = signature(request, operation)  # type: ignore[attr-defined]
+        self.method = method
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
+        self.method.__name__, self.method.__qualname__ = name, f"{owner.__qualname__}.{name}"
+        self.method.__module__ = owner.__module__
 
     def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
-        if instance is None:
-            return cast(Callable[..., Answer], self)  # what help() and Sphinx read
-
-        def call(*args: Any, progress: bool = True, **given: Any) -> Answer:
-            with library_errors():
-                return self._answer(instance, args, progress, given)
-
-        call.__doc__, call.__name__ = self.__doc__, self.__name__
-        call.__signature__ = self.__signature__  # type: ignore[attr-defined]
-        return call
+        return self.method if instance is None else MethodType(self.method, instance)
 
     def _answer(
-        self, owner: Owner, args: tuple[Any, ...], progress: bool, given: dict[str, Any]
+        self, owner: Owner, args: tuple[Any, ...], progress: bool, fields: dict[str, Any]
     ) -> Answer:
         places = positional_fields(self.request)
         if len(args) > len(places):
-            takes = f"{self.__name__}() takes {len(places)} positional arguments"
+            takes = f"{self.method.__name__}() takes {len(places)} positional arguments"
             raise TypeError(f"{takes}, {len(args)} were given")
-        processes = given.pop("jobs", None) if self.operation.processes else None
-        values = {**dict(zip(places, args, strict=False)), **given}
+        processes = fields.pop("jobs", None) if self.operation.processes else None
+        values = {**dict(zip(places, args, strict=False)), **fields}
         request = read(self.request, values, "python")
         laboratory = Laboratory(owner.store, owner.url, processes=processes)
         return answer_of(self.operation, request, laboratory, progress)
@@ -108,26 +115,40 @@ def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect
         drawn = None if field.default is PydanticUndefined else field.default
         default = inspect.Parameter.empty if field.is_required() else drawn
         parameters.append(inspect.Parameter(name, kind, default=default))
+    keyword = inspect.Parameter.KEYWORD_ONLY
     if operation.processes:
-        keyword = inspect.Parameter.KEYWORD_ONLY
         parameters.append(inspect.Parameter("jobs", keyword, default=None))
-    return inspect.Signature(parameters)
+    if operation.long:
+        parameters.append(inspect.Parameter("progress", keyword, default=True))
+    returned = getattr(operation.keep or operation.run, "__annotations__", {}).get("return", Any)
+    return inspect.Signature(parameters, return_annotation=returned)
 
 
 def documentation(request: type[Request], operation: Operation[Any, Any]) -> str:
     """A docstring with a section of parameters: help, unit, bounds and default of each."""
     text = (request.__doc__ if operation.variants else operation.help) or operation.help
-    lines = [" ".join(part.split()) for part in text.split("\n\n")]
+    paragraphs = [" ".join(part.split()) for part in text.split("\n\n")]
     rows = []
     for name, field in request.model_fields.items():
         if name == "method":
             continue
         unit = presentation_of(field).unit
         facts = [f"in {unit}, as text with a unit, or a quantity of pint"] if unit else []
-        if not field.is_required() and field.default not in (PydanticUndefined, None, "", (), {}):
+        words = _python_words(field.description or "")
+        stated = field.is_required() or "y default" in words
+        if not stated and field.default not in (PydanticUndefined, None, "", (), {}):
             facts.append(f"default {field.default}")
         aside = f" ({'; '.join(facts)})" if facts else ""
-        rows.append(f"    {name}: {field.description}{aside}")
+        rows.append(f"    {name}: {words}{aside}")
     if operation.processes:
-        rows.append(f"    jobs: {operation.processes}")
-    return "\n\n".join(lines) + "\n\nParameters:\n" + "\n".join(rows)
+        rows.append(f"    jobs: {_python_words(operation.processes)}")
+    if operation.long:
+        rows.append("    progress: Show a bar. (default True)")
+    sections = ["Parameters:\n" + "\n".join(rows)] if rows else []
+    return "\n\n".join([*paragraphs, *sections])
+
+
+def _python_words(words: str) -> str:
+    """Help of an option, as it is said of an argument."""
+    words = _STATED_DEFAULT.sub(r"By default \1.", _REPEATED.sub("Several are a list.", words))
+    return argument_names(words)

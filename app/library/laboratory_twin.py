@@ -79,12 +79,34 @@ class LaboratoryTwin:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> ShotPrediction:
-        """One shot: velocity, force, accelerations and spectra with 90 % bands from `draws` random
-        shots.
+        """One shot: velocity, force, accelerations and spectra with 90 % bands.
 
-        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for
-        it. Without either a gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The
-        same `seed` gives the same bands.
+        Quantities are numbers in SI, text with a unit ("5 bar"), or quantities of pint.
+
+        Parameters:
+            tank_pressure: Gauge pressure of the tank, Pa. Without it and `velocity`, a gun is fired
+                with 5 bar.
+            velocity: Velocity of the impactor before contact, m/s, in the place of `tank_pressure`;
+                a bench without a gun needs it.
+            bullet_mass: Mass of the impactor, kg; by default that of the bench.
+            tip: Material of the tip.
+            tip_radius: Radius of the tip, m.
+            anvil: Material of the anvil, or "none".
+            insulator: "polymeric", or "none".
+            impact_position: Name of the struck point of the plate.
+            boundary_conditions: How the plate is held, as the contact model has learned it; by
+                default not said.
+            valve_profile: Opening of the valve over time, as text or as the path of its file; by
+                default that of the bench.
+            factors: The laboratory's own factors, in SI; each must be a predictor of the contact
+                model.
+            draws: Number of random shots behind the bands; 0 for the nominal shot alone.
+            seed: Seed of the random shots: the same seed gives the same bands.
+
+        Raises:
+            NotFoundError: For an unknown material or impact position.
+            InvalidValueError: For both `tank_pressure` and `velocity`, a quantity in a wrong unit,
+                and a factor that no stage of the twin uses.
         """
         from ..operations.predict.service import ShotPrediction
 
@@ -116,14 +138,28 @@ class LaboratoryTwin:
         jobs: int = 1,
         progress: bool = True,
     ) -> pd.DataFrame:
-        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of
-        the 90 % bands, SI.
+        """`shots` with the predicted numbers of each row beside it.
 
-        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a
-        table of runs ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as
-        `runs.csv` and plans have them; an empty cell leaves the argument out. `jobs` processes work
-        at once. Each row is predicted as `predict` predicts it alone; `.attrs["notes"]` says what
-        was assumed.
+        Each row is predicted as `predict` predicts it alone.
+
+        Parameters:
+            shots: A shot in each row. Columns are arguments of `predict` ("tank_pressure": "5
+                bar"), or those of a table of runs ("tank_pressure_bar") or of the store's frames
+                ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty cell leaves the
+                argument out.
+            draws: Number of random shots behind the bands of each row; 0 for the nominal shots
+                alone.
+            seed: Seed of the random shots.
+            jobs: The number of processes that predict at once.
+            progress: Whether a bar shows the progress.
+
+        Returns:
+            The columns of `shots`, then mean, lower and upper end of the 90 % band of each number,
+            SI. `.attrs["notes"]` says what was assumed.
+
+        Raises:
+            InvalidValueError: For a row that `predict` refuses, with its number, and for a column
+                that is no argument.
         """
         import pandas as pd
 
@@ -156,12 +192,25 @@ class LaboratoryTwin:
     ) -> TunedSettings:
         """Settings of the bench that give a prescribed spectrum, the best first.
 
-        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
-        with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
-        `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
-        NASA-STD-7003's. `search` are the fields of `SpectrumSearch`: `measured`, `sensor`,
-        `bullet_mass`, `factors`, `share`, `at_least`, `extrapolate` and `seed`, as `pyroshock tune`
-        takes them.
+        Parameters:
+            target: The path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
+                with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (n,) in
+                Hz and m/s2.
+            tolerance: "6dB", "+9/-6dB" or a number in dB; by default that of the target, else
+                NASA-STD-7003's.
+            progress: Whether a bar shows the progress.
+            search: The fields of `SpectrumSearch`: `measured` (campaigns whose shots are learned
+                from), `sensor` (by default the first), `bullet_mass` ("0.2kg,0.5kg" or
+                "0.2kg:1kg"), `factors` (the path of a TOML file of what the laboratory owns),
+                `share` of the lines within the tolerance (by default 1), `at_least` (the
+                probability from which a setting meets the target, by default 0.5), `extrapolate`
+                (settings outside of the model's domain, too, by default False) and `seed`.
+
+        Raises:
+            InvalidValueError: For a target or tolerance that has another form, and a field out of
+                its bounds.
+            StorageError: For a file that cannot be read.
+            NotFoundError: For an unknown campaign or sensor.
         """
         from ..operations.faults import read
         from ..operations.tune.request import SpectrumSearch
@@ -175,9 +224,14 @@ class LaboratoryTwin:
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
         """The same twin with further effects, which take the place of those with the same id.
 
-        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis,
-        whose likeliest cause acts then; `diagnosis.fitted` has its other fits. Raises
-        `InvalidValueError` for a diagnosis whose likeliest cause is none or unknown.
+        Parameters:
+            effects: Ids with parameters in SI ("plate.damping:factor=2"), effects of the catalogue,
+                or a diagnosis, whose likeliest cause acts then; `diagnosis.fitted` has its other
+                fits.
+
+        Raises:
+            NotFoundError: For an effect that the catalogue does not have.
+            InvalidValueError: For a diagnosis whose likeliest cause is none or unknown.
         """
         added = effects_of(effects, "effects")
         own = {effect.id for effect in added}
@@ -215,10 +269,35 @@ def shipped_twin(
     chain_height: Quantity = 0.0,
     coupled: bool = False,
 ) -> LaboratoryTwin:
-    """The twin of the bench that ships with the software, without a store. Arguments as
-    `ExperimentStore.twin`.
+    """The twin of the bench that ships with the software, without a store.
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
+
+    Parameters:
+        bench: A TOML file that describes gun and plate; by default the shipped bench.
+        modes: A CSV file with the measured modes of the plate; by default computed ones.
+        contact: The contact model: a law ("hertz"), "prior", "registered" or "hybrid@3"; by default
+            the model in use, else "prior".
+        effects: Effects that act: ids of the catalogue with parameters in SI
+            ("plate.damping:factor=2"), effects, or a diagnosis, whose likeliest cause acts.
+        plate: The material of the mounted plate; by default that of the bench.
+        impact_points: Places (x, y) of the impact points "#1", "#2" and so on in the outline of the
+            plate, in m; by default those of the bench.
+        sensors: Places (x, y) of acceleration_1, acceleration_2 and so on, in m; by default those
+            of the bench.
+        q: Q of the oscillators of the spectra, above 0.5.
+        frequencies: The lines of the spectra in Hz, or "100:10000:6" for six lines an octave; by
+            default that.
+        chain_height: By how much the plate hangs higher than its drawing has it (lower: negative):
+            in m, as text with a unit, or a quantity of pint; a multiple of the links of its chain,
+            56 mm.
+        coupled: Whether contact and plate are solved together, which needs "prior" or a law that is
+            solved in time.
+
+    Raises:
+        NotFoundError: For an unknown material, effect or contact model.
+        InvalidValueError: For a value that is out of its bounds, and a file with other content.
+        StorageError: For a file that cannot be read.
     """
     from ..common.default_store import DEFAULT_DB
 
@@ -240,8 +319,18 @@ def shipped_twin(
 
 
 def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
-    """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as
-    `building.twin_of`."""
+    """The twin of a campaign's bench.
+
+    Parameters:
+        store: The store that has the campaign, its materials and adopted effects; None: the shipped
+            bench.
+        url: The address of the store, beside which models and solved plates lie.
+        arguments: Those of `twin_request`, by name.
+
+    Raises:
+        LookupError: For an unknown campaign, material, effect or contact model.
+        ValueError: For a value that is out of its bounds, and a file with other content.
+    """
     return _built_twin(store, url, twin_request(python_name, **arguments))
 
 
