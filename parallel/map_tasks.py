@@ -27,7 +27,7 @@ def run_all_tasks(
     isolated: bool = False,
     window: int | None = None,
 ) -> Generator[tuple[Item, Result], None, None]:
-    """(item, function(item, *shared)) as they are finished, in any order.
+    """`(item, function(item, *shared))` as they are finished, in any order.
 
     The function is one of a module's, which workers import by its name; items, what is shared and
     results can be pickled. Each worker gets `shared` once, and has one thread of linear algebra, so

@@ -1,4 +1,4 @@
-"""Every kind of job: a new one is a file `job.py` of its feature, and a row here."""
+"""Every kind of job: a new one is a file of `app/jobs/job_kinds`, and a row here."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class ExperimentStore:
 
     Use it in a `with` block, or call `close()`. What is read comes back as a pandas DataFrame, or
     as an object with `.to_frame()` and `.plot()`. Numbers are SI; a frame's columns bear their
-    units, and `.attrs["units"]` lists them. Errors that a user can mend are `PyroshockError`s.
+    units, and `.attrs["units"]` lists them. Each error that a user can mend is a `PyroshockError`.
     `store` is the store of the database layer, for what has no method here.
     """
 

@@ -226,7 +226,7 @@ class LaboratoryTwin:
 
         Parameters:
             effects: Ids with parameters in SI ("plate.damping:factor=2"), effects of the catalogue,
-                or a diagnosis, whose likeliest cause acts then; `diagnosis.fitted` has its other
+                or a diagnosis, whose likeliest cause acts then; its attribute `fitted` has other
                 fits.
 
         Raises:

@@ -24,7 +24,7 @@ _KEY = "pyroshock"
 @dataclass(frozen=True)
 class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
-    `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
+    `completion` names what the store completes it with (`doors.command_line.completion`),
     `option` is an older spelling that commands keep, `words` says that the option takes all words
     behind it, `several` that the command takes several values and works on one after the other,
     `unit` is the SI unit of its number, `lines` a form's height for a text of several, `label` its

@@ -24,8 +24,6 @@ from pyroshock.app.operations.train.service import (
 from pyroshock.app.operations.tune.service import TunedSettings
 from pyroshock.app.operations.validate.service import TwinValidation
 
-from tools.reference import api
-
 #: Classes that methods of the public names give.
 GIVEN = (
     ContactPulses,

@@ -250,7 +250,7 @@ class PlannedDesign(Result):
             progress: Whether a bar shows the progress.
 
         Returns:
-            The folder: `store.ingest(plan.simulate("summer"))`.
+            The folder, as `store.ingest` takes it.
 
         Raises:
             InvalidValueError: For a folder that is not empty, and for what cannot be fired.

@@ -202,7 +202,7 @@ def bench_of_rows(
 
     `built` is the twin of `request` where it is there already.
 
-    Raises as `twins.building.twin_of` and `rows.with_factors`.
+    Raises as `twins.building.twin_of` and `with_factors`.
     """
     twins: dict[tuple[str | None, float], BuiltTwin] = {}
     for plate, height in dict.fromkeys(row.twin for row in rows):
