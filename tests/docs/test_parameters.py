@@ -24,6 +24,9 @@ from pyroshock.app.operations.train.service import (
 from pyroshock.app.operations.tune.service import TunedSettings
 from pyroshock.app.operations.validate.service import TwinValidation
 
+from tools.reference import api
+from tools.reference.rooms import ROOMS
+
 #: Classes that methods of the public names give.
 GIVEN = (
     ContactPulses,
@@ -91,3 +94,46 @@ def test_methods_of_operations_are_among_the_public_names() -> None:
     assert "pyroshock.app.library.experiment_store.ExperimentStore.ingest" in PROMISED
     assert "pyroshock.app.library.plans.PlanCollection.lhs" in PROMISED
     assert isinstance(inspect.getattr_static(PlanCollection, "lhs"), PythonMethod)
+
+
+#: Functions and methods of the reference that have parameters and no section of them, at most.
+WITHOUT = {
+    "app": 21,
+    "schema": 103,
+    "files": 23,
+    "parallel": 0,
+    "signals": 20,
+    "ingest": 94,
+    "doe": 89,
+    "dataset": 46,
+    "training": 138,
+    "twin": 224,
+    "diagnosis": 143,
+    "validation": 29,
+    "virtualbench": 63,
+}
+
+
+def of_room(room: str) -> dict[str, Callable[..., Any]]:
+    """Functions and methods of the reference of a room, each once."""
+    members = [member for module in api.modules(room) for member in api.members(module)]
+    functions = [item for member in members for item in _parts(member)]
+    return {f"{item.__module__}.{item.__qualname__}": item for item in functions}
+
+
+def _parts(member: Any) -> list[Callable[..., Any]]:
+    if not inspect.isclass(member):
+        return [member]
+    return [item for item in methods(member) if item.__module__.startswith("pyroshock")]
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_sections_of_a_room_are_complete_and_no_fewer_have_one(room: str) -> None:
+    without = []
+    for name, function in of_room(room).items():
+        documented = entries(function.__doc__, "Parameters")
+        if documented:
+            assert sorted(documented) == sorted(parameters(function)), name
+        elif parameters(function):
+            without.append(name)
+    assert len(without) <= WITHOUT[room], without
