@@ -74,7 +74,7 @@ def methods(kind: type) -> Iterator[Callable[..., Any]]:
 def promised() -> dict[str, Callable[..., Any]]:
     """Functions of `import pyroshock`, methods of its classes, and of what these give."""
     public = [getattr(pyroshock, name) for name in pyroshock.__all__]
-    functions = [member for member in public if inspect.isfunction(member)]
+    functions: list[Callable[..., Any]] = list(filter(inspect.isfunction, public))
     kinds = [member for member in public if inspect.isclass(member)]
     functions += [method for kind in (*kinds, *GIVEN) for method in methods(kind)]
     return {f"{item.__module__}.{item.__qualname__}": item for item in functions}
