@@ -2,8 +2,9 @@
 make the page.
 
 Without --full the page is docs/measurements/benchmarks.md with its two pictures, with it
-benchmarks-full.md beside it. Each theme has a fresh process: imports, compiled functions and memory
-of another theme do not count. The exit code is 1 where a promise is lost or a theme failed.
+docs/measurements/benchmarks-full.md. Each theme has a fresh process: imports, compiled functions
+and memory of another theme do not count. The exit code is 1 where a promise is lost or a theme
+failed.
 """
 
 from __future__ import annotations

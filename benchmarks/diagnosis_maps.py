@@ -3,7 +3,7 @@ cannot derive.
 
 They say how much evidence counts, how the probability of `unknown` follows from it and from what is
 predicted, and how far shares are off. The command adds a row for each development campaign to
-docs/blind-check/development/maps.jsonl, and prints the constants of
+docs/blind-check/development/maps.jsonl.gz, and prints the constants of
 `diagnosis/inference/model_search.py`, `diagnosis/options.py` and `diagnosis/inference/shares.py`.
 Families outside of the catalogue and laws are those of the splits development and calibration,
 never the sealed ones; no other check draws these seeds.
@@ -12,6 +12,7 @@ never the sealed ones; no other check draws these seeds.
 from __future__ import annotations
 
 import argparse
+import gzip
 import json
 import tempfile
 from collections import Counter
@@ -40,7 +41,7 @@ from .harness import ROOT
 
 Floats = NDArray[np.float64]
 
-ROWS = ROOT / "docs" / "blind-check" / "development" / "maps.jsonl"
+ROWS = ROOT / "docs" / "blind-check" / "development" / "maps.jsonl.gz"
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 DEVELOPMENT, CALIBRATION = "development", "calibration"
@@ -292,7 +293,7 @@ def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
 def _rows(jobs: int) -> Iterator[dict[str, Any]]:
     done = {row["number"]: row for row in _stored_rows()}
     yield from done.values()
-    with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
+    with ProcessPoolExecutor(jobs) as pool, gzip.open(ROWS, "at", encoding="utf-8") as file:
         campaigns_to_do = [
             campaign for campaign in reversed(campaigns()) if campaign.number not in done
         ]
@@ -329,11 +330,10 @@ def _rounded(value: Any) -> Any:
 
 
 def _stored_rows() -> list[dict[str, Any]]:
-    return (
-        [json.loads(line) for line in ROWS.read_text(encoding="utf-8").splitlines()]
-        if ROWS.exists()
-        else []
-    )
+    if not ROWS.exists():
+        return []
+    with gzip.open(ROWS, "rt", encoding="utf-8") as lines:
+        return [json.loads(line) for line in lines]
 
 
 def main() -> None:

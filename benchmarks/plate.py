@@ -42,7 +42,7 @@ SOLVE_LIMIT_S, CONVOLVE_LIMIT_S, DIFFERENCE = 30.0, 15e-3, 1e-6
 #: Of a recursion of second order with two terms of the force: five products, four sums; and of each
 #: sensor's sum.
 FLOPS_PER_STEP, FLOPS_PER_SENSOR = 9, 2
-#: As on a lab's drawing; the same places that `virtualbench.plate.resonant` has.
+#: As on a lab's drawing; the same places that `virtualbench.plate.build` has.
 IMPACTS_M = {"#1": (0.47, 0.28), "#2": (0.31, 0.37), "#3": (0.68, 0.22)}
 SENSORS_M = {"acceleration_1": (0.22, 0.20), "acceleration_2": (0.73, 0.37)}
 BUILD = PlateBuild(

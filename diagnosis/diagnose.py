@@ -106,9 +106,18 @@ def diagnose(
     progress: Progress | None = None,
     draw: Draw | None = None,
 ) -> Verdict:
-    """All of it, in the order of the report; without pictures where nobody draws them. Raises
-    `ValueError` where the campaign has nothing to compare, and `ImplausibleRecordError` where a
-    channel or a unit is mislabelled."""
+    """All of a diagnosis, in the order of the report.
+
+    Parameters:
+        record: The campaign.
+        options: Tolerances, effects and parts of the diagnosis; by default `Options()`.
+        progress: Receives the steps done, their number and what is being done.
+        draw: Draws the pictures; by default there are none.
+
+    Raises:
+        ValueError: Where the campaign has nothing to compare.
+        ImplausibleRecordError: Where a channel or a unit is mislabelled.
+    """
     # The matrices are many and small: threads would wait for each other, and take twice the time.
     with threadpool_limits(limits=1):
         return _verdict(record, options or Options(), progress or (lambda *_: None), draw)

@@ -93,7 +93,7 @@ class UnknownMap:
     beside: float = 0.26
     source: str = (
         "development and calibration campaigns of the virtual bench "
-        "(docs/blind-check/development/maps.jsonl)"
+        "(docs/blind-check/development/maps.jsonl.gz)"
     )
 
     def __call__(self, figures: UnknownFigures) -> float:

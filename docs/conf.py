@@ -12,7 +12,13 @@ from pyroshock import __version__
 
 project = "pyroshock"
 release = __version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "tools.site"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "tools.site",
+]
 root_doc = "index"
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "blind-check", "studies/**", "images"]
@@ -24,6 +30,9 @@ highlight_language = "text"  # a block that names no language is shown as it sta
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 autodoc_member_order = "bysource"
+napoleon_numpy_docstring = False
+napoleon_custom_sections = ["Source"]
+default_role = "code"  # docstrings have code between single backticks, as the pages do
 add_module_names = False
 toc_object_entries = False  # the margin shows headings, not every function
 linkcheck_anchors = False  # hosts make theirs by scripts

@@ -62,15 +62,24 @@ def ingest_folder(
     again: Collection[str] = (),
     target_motion: TargetMotion | None = None,
 ) -> IngestReport:
-    """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and
-    this one writes.
+    """Store a campaign folder: recordings that the store lacks are read, checked and extracted.
 
-    `target_motion` is added to velocities that are integrated from the impactor's deceleration.
-    `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a
-    known one, and `confirmed` rules of `folder.bench_rules` that rows may break; `again` are
-    recordings to store though they were discarded. A `RolledBackStore` is written to when all
-    recordings are read, without samples: its transaction is short. Raises `IngestError`, with
-    nothing stored, for a campaign that is refused or holds nothing usable.
+    Parameters:
+        store: The store. A `RolledBackStore` is written to when all recordings are read, without
+            samples, so that its transaction is short.
+        folder: The campaign folder.
+        settings: How pulses are extracted; by default `ExtractionSettings()`.
+        jobs: The number of processes that read and extract; by default as many as pay.
+        progress: Receives the recordings done, their number and what is being done.
+        free_factors: Columns of `runs.csv` that are factors of their own though they resemble a
+            known one.
+        confirmed: Rules of `folder.bench_rules` that rows may break.
+        again: Paths of recordings to store though they were discarded.
+        target_motion: What is added to velocities that are integrated from the impactor's
+            deceleration.
+
+    Raises:
+        IngestError: With nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
     # 1. Tables: campaign.toml, the table of runs and the modal table, held against each other, and

@@ -27,25 +27,29 @@ def run_all_tasks(
     isolated: bool = False,
     window: int | None = None,
 ) -> Generator[tuple[Item, Result], None, None]:
-    """(item, function(item, *shared)) as they are finished, in any order.
-
-    The function is one of a module's, which workers import by its name; items, what is shared and
-    results can be pickled. Each worker gets `shared` once, and has one thread of linear algebra, so
-    that the results are the same wherever they are made. `isolated`, or `patience_s`, keeps an
-    executor of one job too out of this process.
+    """`(item, function(item, *shared))` as they are finished, in any order.
 
     The items under way when a process dies (a C library can be crashed by a damaged file, or want
-    all memory) are tried once more, alone; one that dies again gives `lost(item)`. A process is
-    ended where its item takes longer than `patience_s`, a number or a function of the item. A
-    cluster gives the work of a worker that is gone to the others by itself; where it gives up, the
-    same is done.
+    all memory) are tried once more, alone. A cluster gives the work of a worker that is gone to the
+    others by itself; where it gives up, the same is done. What is left when the iterator is closed
+    is cancelled. An error of the function ends everything, and is raised here.
 
-    With a `window`, items are drawn, here, that many at a time, and no more of them and of their
-    results exist. What is left when the iterator is closed is cancelled. An error of the function
-    ends everything, and is raised here.
+    Parameters:
+        executor: Where the work is done, and by how many processes.
+        function: A function of a module, which workers import by its name.
+        items: What it is called with, one by one; items and results can be pickled.
+        shared: Further arguments, which each worker gets once. Each has one thread of linear
+            algebra, so that the results are the same wherever they are made.
+        lost: What stands for the result of an item that kills its process twice.
+        patience_s: The time in s, or a function of the item that gives it, after which a process is
+            ended.
+        isolated: Whether an executor of one job is kept out of this process too, as with
+            `patience_s`.
+        window: The largest number of items that exist at a time; by default all are drawn at once.
 
-    Raises `ValueError` where the cluster cannot be reached, and for an item that dies without
-    `lost`.
+    Raises:
+        ValueError: Where the cluster cannot be reached, and for an item that kills its process
+            without `lost`.
     """
     watched = patience_s if callable(patience_s) or patience_s is None else _always(patience_s)
     rest = enumerate(items)

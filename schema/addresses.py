@@ -147,8 +147,8 @@ def _rendered(url: URL) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """A text with *** for the passwords of addresses and the values of `password=` and `token=` in
-    it."""
+    """A text with `***` for the passwords of addresses and the values of `password=` and `token=`
+    in it."""
     login = rf"\1:{HIDDEN}@"
     for pattern, replacement in (
         (_LOGIN, login),

@@ -40,7 +40,7 @@ class Job(HasId, WithProvenance, Base):
         Index("ix_jobs_state_id", "state", "id"),
     )  # fmt: skip
 
-    kind: Mapped[str]  # a key of `app.jobs.kinds`
+    kind: Mapped[str]  # a key of `app.jobs.known_kinds.KINDS`
     label: Mapped[str] = mapped_column(info=names_row("job"))  # what people call it
     #: All that another process needs to do it again; up to the size of an imported plan, hence not
     #: in listings.

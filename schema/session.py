@@ -239,10 +239,16 @@ def _seal(session: Session) -> None:
 
 
 def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
-    """Open the store at `url`; with `create`, an empty place becomes a store first.
+    """Open a store.
 
-    Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this
-    software's.
+    Parameters:
+        url: Its address, as SQLAlchemy spells it.
+        writer: The program that writes, of which every row keeps a note.
+        create: Whether an empty place becomes a store first.
+
+    Raises:
+        StoreError: Where there is no store.
+        StoreVersionError: Where its tables are not this software's.
     """
     return _opened(
         make_engine(url) if create else make_engine_of_existing(url), url, writer, create

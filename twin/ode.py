@@ -3,7 +3,7 @@
 A problem runs until its first quantity has grown to a target. A step that passes the target is
 taken again, shorter, until it ends there; what has ended leaves the arrays before long, so that the
 slowest problem does not carry the others. The step is Dormand and Prince's (`DORMAND_PRINCE`), or
-for stiff problems Rodas5P (`rosenbrock.RODAS`). `gun.motion_kernel` does the same for the gun
+for stiff problems Rodas5P (`RODAS`). `gun.motion_kernel` does the same for the gun
 alone, compiled.
 
 Source: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; step control: Hairer, Norsett and

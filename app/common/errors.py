@@ -56,7 +56,11 @@ _ARGUMENTS = {
 
 def argument_names(text: str) -> str:
     """A message with options of the command line called as arguments: `--tank-pressure` is
-    `tank_pressure`."""
+    `tank_pressure`.
+
+    Parameters:
+        text: The message; whole commands in it ("pyroshock plan lhs --runs 12") stay as they are.
+    """
 
     def argument(match: re.Match[str]) -> str:
         option = match[1]
@@ -81,7 +85,11 @@ def library_errors() -> Iterator[None]:
 
 
 def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """A function of the public interface, whose errors are of the kinds above."""
+    """A function of the public interface, whose errors are of the kinds above.
+
+    Parameters:
+        function: The function, which may raise any error.
+    """
 
     @wraps(function)
     def wrapped(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
@@ -92,7 +100,11 @@ def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Pa
 
 
 def is_for_the_user(error: Exception) -> bool:
-    """Whether the words of an error help who asked; a bug of ours does not."""
+    """Whether the words of an error help who asked; a bug of ours does not.
+
+    Parameters:
+        error: The error as it was raised.
+    """
     # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its
     # traceback.
     if type(error) in (ValueError, LookupError) or isinstance(
@@ -105,7 +117,11 @@ def is_for_the_user(error: Exception) -> bool:
 
 
 def words_of(error: Exception) -> str:
-    """What to tell of it."""
+    """What to tell of it.
+
+    Parameters:
+        error: The error; of a full disk, the words say how to make room.
+    """
     message = str(error)
     return (
         f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message

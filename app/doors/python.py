@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from types import MethodType
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic_core import PydanticUndefined
 
-from ..common.errors import library_errors
+from ..common.errors import argument_names, library_errors
 from ..common.frames import step_bar
 from ..operations.faults import argument_of, read_arguments
 from ..operations.fields import presentation_of
@@ -30,6 +32,12 @@ if TYPE_CHECKING:
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+_LATER_SECTION = re.compile(r"\n\n(?=(?:Returns|Raises|Source):\n)")
+#: How help says that an option takes several values, and what holds without it.
+_REPEATED = re.compile(
+    r"Repeat the option, or give a list: \S+\.(?=\s|$)|(?:The option|It) can be repeated\."
+)
+_STATED_DEFAULT = re.compile(r"\[default:? ([^\]]+)\]")
 
 
 class PythonMethod(Generic[Answer]):
@@ -42,33 +50,31 @@ class PythonMethod(Generic[Answer]):
     def __init__(self, request: type[Asked], operation: Operation[Asked, Answer]) -> None:
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
-        self.__doc__ = documentation(request, operation)
-        self.__signature__ = signature(request, operation)
+
+        def method(instance: Owner, /, *args: Any, progress: bool = True, **values: Any) -> Answer:
+            with library_errors():
+                return self._answer(instance, args, progress, values)
+
+        method.__doc__ = documentation(request, operation)
+        method.__signature__ = signature(request, operation)  # type: ignore[attr-defined]
+        self.method = method
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.__name__, self.__qualname__ = name, f"{owner.__qualname__}.{name}"
+        self.method.__name__, self.method.__qualname__ = name, f"{owner.__qualname__}.{name}"
+        self.method.__module__ = owner.__module__
 
     def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
-        if instance is None:
-            return cast(Callable[..., Answer], self)  # what help() and Sphinx read
-
-        def call(*args: Any, progress: bool = True, **given: Any) -> Answer:
-            with library_errors():
-                return self._answer(instance, args, progress, given)
-
-        call.__doc__, call.__name__ = self.__doc__, self.__name__
-        call.__signature__ = self.__signature__  # type: ignore[attr-defined]
-        return call
+        return self.method if instance is None else MethodType(self.method, instance)
 
     def _answer(
-        self, owner: Owner, args: tuple[Any, ...], progress: bool, given: dict[str, Any]
+        self, owner: Owner, args: tuple[Any, ...], progress: bool, fields: dict[str, Any]
     ) -> Answer:
         places = positional_fields(self.request)
         if len(args) > len(places):
-            takes = f"{self.__name__}() takes {len(places)} positional arguments"
+            takes = f"{self.method.__name__}() takes {len(places)} positional arguments"
             raise TypeError(f"{takes}, {len(args)} were given")
-        processes = given.pop("jobs", None) if self.operation.processes else None
-        values = {**dict(zip(places, args, strict=False)), **given}
+        processes = fields.pop("jobs", None) if self.operation.processes else None
+        values = {**dict(zip(places, args, strict=False)), **fields}
         request = read_arguments(self.request, values)
         laboratory = Laboratory(owner.store, owner.url, processes=processes)
         return answer_of(self.operation, request, laboratory, progress)
@@ -92,10 +98,18 @@ def with_arguments_of(request: type[Request]) -> Callable[[Function], Function]:
     """Give a function with `**arguments` the signature and the parameters of a request."""
 
     def documented(function: Function) -> Function:
-        stated = inspect.signature(function).parameters.values()
-        own = [part for part in stated if part.kind is not inspect.Parameter.VAR_KEYWORD]
-        function.__dict__["__signature__"] = inspect.Signature([*own, *_parameters(request)])
-        function.__doc__ = f"{inspect.getdoc(function)}\n\n{_rows(request)}"
+        stated = inspect.signature(function)
+        first = [
+            part
+            for part in stated.parameters.values()
+            if part.kind is not inspect.Parameter.VAR_KEYWORD
+        ]
+        function.__dict__["__signature__"] = stated.replace(
+            parameters=[*first, *_parameters(request)]
+        )
+        text, *sections = _LATER_SECTION.split(inspect.getdoc(function) or "")
+        rows = "\n".join(["Parameters:", *_rows(request)])
+        function.__doc__ = "\n\n".join([text, rows, *sections])
         return function
 
     return documented
@@ -109,12 +123,15 @@ def positional_fields(request: type[Request]) -> list[str]:
 
 def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect.Signature:
     """The parameters of a request as a method of the operation has them."""
+    keyword = inspect.Parameter.KEYWORD_ONLY
     parameters = [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
     parameters += _parameters(request)
     if operation.processes:
-        keyword = inspect.Parameter.KEYWORD_ONLY
         parameters.append(inspect.Parameter("jobs", keyword, default=None))
-    return inspect.Signature(parameters)
+    if operation.long:
+        parameters.append(inspect.Parameter("progress", keyword, default=True))
+    returned = getattr(operation.keep or operation.run, "__annotations__", {}).get("return", Any)
+    return inspect.Signature(parameters, return_annotation=returned)
 
 
 def _parameters(request: type[Request]) -> Iterator[inspect.Parameter]:
@@ -136,20 +153,31 @@ def _parameters(request: type[Request]) -> Iterator[inspect.Parameter]:
 def documentation(request: type[Request], operation: Operation[Any, Any]) -> str:
     """A docstring with a section of parameters: help, unit, bounds and default of each."""
     text = (request.__doc__ if operation.variants else operation.help) or operation.help
-    lines = [" ".join(part.split()) for part in text.split("\n\n")]
-    jobs = f"\n    jobs: {operation.processes}" if operation.processes else ""
-    return "\n\n".join([*lines, _rows(request)]) + jobs
+    paragraphs = [" ".join(part.split()) for part in text.split("\n\n")]
+    rows = list(_rows(request))
+    if operation.processes:
+        rows.append(f"    jobs: {_python_words(operation.processes)}")
+    if operation.long:
+        rows.append("    progress: Show a bar. (default True)")
+    sections = ["Parameters:\n" + "\n".join(rows)] if rows else []
+    return "\n\n".join([*paragraphs, *sections])
 
 
-def _rows(request: type[Request]) -> str:
-    rows = ["Parameters:"]
+def _rows(request: type[Request]) -> Iterator[str]:
     for name, field in request.model_fields.items():
         if name == "method":
             continue
         unit = presentation_of(field).unit
         facts = [f"in {unit}, as text with a unit, or a quantity of pint"] if unit else []
-        if not field.is_required() and field.default not in (PydanticUndefined, None, "", (), {}):
+        words = _python_words(field.description or "")
+        stated = field.is_required() or "y default" in words
+        if not stated and field.default not in (PydanticUndefined, None, "", (), {}):
             facts.append(f"default {field.default}")
         aside = f" ({'; '.join(facts)})" if facts else ""
-        rows.append(f"    {argument_of(name, field)}: {field.description}{aside}")
-    return "\n".join(rows)
+        yield f"    {argument_of(name, field)}: {words}{aside}"
+
+
+def _python_words(words: str) -> str:
+    """Help of an option, as it is said of an argument."""
+    words = _STATED_DEFAULT.sub(r"By default \1.", _REPEATED.sub("Several are a list.", words))
+    return argument_names(words)

@@ -53,7 +53,7 @@ class ExperimentStore:
 
     Use it in a `with` block, or call `close()`. What is read comes back as a pandas DataFrame, or
     as an object with `.to_frame()` and `.plot()`. Numbers are SI; a frame's columns bear their
-    units, and `.attrs["units"]` lists them. Errors that a user can mend are `PyroshockError`s.
+    units, and `.attrs["units"]` lists them. Each error that a user can mend is a `PyroshockError`.
     `store` is the store of the database layer, for what has no method here.
     """
 
@@ -81,8 +81,12 @@ class ExperimentStore:
 
     @raises_library_errors
     def campaigns(self) -> pd.DataFrame:
-        """A campaign in each row: kind, date, counts of impacts, shots, and runs planned and
-        done."""
+        """A campaign in each row, with counts of its impacts, shots and runs.
+
+        Returns:
+            Columns `name`, `kind`, `date`, `impacts`, `shots`, and `planned` and `done`, which
+            count the runs of the campaign's plans.
+        """
         from ..operations.ingest.campaigns import CAMPAIGN_LIST
 
         return frame_of(self._ask(CAMPAIGN_LIST).rows, ("name", "kind", "date"))
@@ -100,8 +104,25 @@ class ExperimentStore:
         """Impacts with their factors and the figures of their pulses: the rows of `pyroshock
         impacts`.
 
-        `where` is a condition or several: "tip_material = steel", "peak_force_n > 1000". `sort` is
-        a column, "-column" for falling values. `limit` counts after sorting.
+        Parameters:
+            campaign: The name of the campaign whose impacts are listed; by default those of all
+                campaigns.
+            where: A condition or several, all of which must hold: "tip_material = steel",
+                "peak_force_n > 1000". Numbers are in the unit of the column.
+            columns: The columns of the result, in this order; by default all.
+            sort: The column to sort by, "-column" for falling values; by default the order of
+                storage.
+            limit: The largest number of rows, counted after sorting; by default all.
+
+        Returns:
+            An impact in each row. Columns of quantities end in their SI unit, which
+            `.attrs["units"]` holds, too.
+
+        Raises:
+            NotFoundError: For an unknown campaign, or column of `columns` and `sort`; the message
+                lists those there are.
+            InvalidValueError: For a condition that cannot be read or names no column, and a limit
+                below 1.
         """
         from ..operations.impacts.service import impacts_frame, with_absent_factors
 
@@ -126,7 +147,27 @@ class ExperimentStore:
         limit: int | None = None,
     ) -> pd.DataFrame:
         """Shots of the gun with their measured velocity and that of the nominal model: as
-        `pyroshock shots`."""
+        `pyroshock shots`.
+
+        Parameters:
+            campaign: The name of the campaign whose shots are listed; by default those of all
+                campaigns.
+            where: A condition or several, all of which must hold, as `impacts` takes them.
+            columns: The columns of the result, in this order; by default all.
+            sort: The column to sort by, "-column" for falling values; by default the order of
+                storage.
+            limit: The largest number of rows, counted after sorting; by default all.
+
+        Returns:
+            A shot in each row. `predicted_velocity_m_s` is the nominal model's; pressures are
+            gauge, in Pa.
+
+        Raises:
+            NotFoundError: For an unknown campaign, or column of `columns` and `sort`; the message
+                lists those there are.
+            InvalidValueError: For a condition that cannot be read or names no column, and a limit
+                below 1.
+        """
         from ...schema.conditions import SHOT_COLUMNS
 
         listed = ("campaign", *SHOT_COLUMNS, "predicted_velocity_m_s")
@@ -137,7 +178,14 @@ class ExperimentStore:
 
     @raises_library_errors
     def pulse(self, impact: int) -> ForcePulse:
-        """The contact force of an impact: the pulse in use."""
+        """The contact force of an impact: the pulse in use.
+
+        Parameters:
+            impact: The `id` of the impact in `impacts()`.
+
+        Raises:
+            NotFoundError: For an unknown impact, and for one without a pulse.
+        """
         from ..operations.impacts.service import read_pulse
 
         with self.store.reading() as session:
@@ -146,7 +194,15 @@ class ExperimentStore:
     @raises_library_errors
     def recording(self, impact: int) -> StoredRecording:
         """The recording of an impact: channels by name, of which only the samples that are used are
-        read."""
+        read.
+
+        Parameters:
+            impact: The `id` of the impact in `impacts()`.
+
+        Raises:
+            NotFoundError: For an unknown impact, and for one of which only the figures were
+                ingested.
+        """
         from ..operations.impacts.service import StoredRecording
 
         return StoredRecording(self.store, impact)
@@ -172,10 +228,20 @@ class ExperimentStore:
         The same content again is the same dataset.
 
         Parameters:
-            name: The name of the dataset.
-            campaigns: Those whose pulses are frozen.
-            settings: `predictors`, `quality`, `extraction` and `velocity`, as options of `pyroshock
-                dataset build`.
+            name: The name of the dataset, or the beginning of its hash where it is read.
+            campaigns: The name or names of the campaigns whose pulses are frozen; by default a
+                stored dataset is read.
+            settings: The options of `pyroshock dataset build`: `predictors` ("hammer", "gun" or the
+                path of a TOML file; by default the kind of the campaigns), `quality` (impacts with
+                this verdict are left out: "reject", which is the default, "warning" or "none"),
+                `extraction` (the fingerprint of an extraction; by default the pulses in use) and
+                `velocity` ("before-contact" or "integrated", to which velocities are converted; by
+                default they stay as stored).
+
+        Raises:
+            NotFoundError: For an unknown dataset or campaign.
+            InvalidValueError: For a name in use with other content, and for campaigns without a
+                usable pulse.
         """
         from ...dataset.snapshot import read_snapshot
         from ..operations.train.build_dataset import DATASET_BUILD, DatasetBuilding
@@ -205,9 +271,19 @@ class ExperimentStore:
 
         Parameters:
             dataset: The dataset, or its name.
-            splits: What is held out; repetitions and configurations unless it is given.
-            jobs: How many processes train at once.
-            settings: `models`, `seed`, `budget` and `retrain`, as options of `pyroshock train`.
+            splits: What is held out: "repetitions", "configurations", "treatments", "materials",
+                "campaigns", "material=NAME" or "campaign=NAME", or several of these; by default
+                repetitions and configurations, as far as the dataset can be split so.
+            jobs: The number of processes that train at once.
+            progress: Whether a bar shows the progress.
+            settings: The options of `pyroshock train`: `models` (names of the catalogue, by default
+                "all"), `seed` (the same seed gives the same models, by default 0), `budget`
+                ("reduced" by default, or "full": the size of the search of settings) and `retrain`
+                (also what is registered already, by default False).
+
+        Raises:
+            NotFoundError: For an unknown dataset or model.
+            InvalidValueError: For a split that the dataset does not allow.
         """
         from ...parallel.executor import ExecutorConfig
         from ..operations.train.train import TRAIN, Training
@@ -220,7 +296,18 @@ class ExperimentStore:
     @raises_library_errors
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
         """Every registered version in a row, the newest first, with its errors; `in_use` says for
-        which bench."""
+        which bench.
+
+        Parameters:
+            dataset: The name or hash of the dataset whose models are listed; by default those of
+                all datasets.
+            split: The split that the models were judged on, such as "configurations"; by default
+                all splits.
+
+        Returns:
+            A version in each row, with the mean of each metric and the ends of its 90 % interval,
+            and the duration of the training in s.
+        """
         from ..operations.train.listed_models import MODEL_LIST
         from ..operations.train.service import versions_frame
 
@@ -228,20 +315,35 @@ class ExperimentStore:
 
     @raises_library_errors
     def model(self, name: str, *, split: str | None = None) -> StoredModel:
-        """A registered model that predicts the pulses of a DataFrame: "hybrid@3",
-        "hybrid@champion", or "hybrid" for the newest one (judged on `split`)."""
+        """A registered model that predicts the pulses of a DataFrame.
+
+        Parameters:
+            name: "hybrid@3", "hybrid@champion" for the version in use, or "hybrid" for the newest
+                one.
+            split: The split that the newest version was judged on; by default any.
+
+        Raises:
+            NotFoundError: For an unknown model; the message lists those there are.
+            InvalidValueError: For a damaged model.
+        """
         from ..operations.train.contact_model import read_model
 
         return read_model(self.url, name, split)
 
     @raises_library_errors
     def compare(self, *models: str, **choice: Any) -> ModelComparison:
-        """Versions ("hybrid@3") on the held-out pulses they have in common: which is better, and
-        whether by chance.
+        """Versions on the held-out pulses that they have in common: which is better, and whether by
+        chance.
 
         Parameters:
-            models: Versions or models; without any, the newest of each model.
-            choice: `dataset`, `split` and `metric`, as options of `pyroshock compare`.
+            models: Versions ("hybrid@3") or models; without any, the newest version of each model.
+            choice: The options of `pyroshock compare`: `dataset` (by default the newest that was
+                trained on), `split` (by default the first that all have in common) and `metric`
+                ("force_nrmse" by default, or "all").
+
+        Raises:
+            NotFoundError: For an unknown model or dataset.
+            InvalidValueError: For fewer than two versions, and versions of several splits.
         """
         from ..operations.train.compare import COMPARE, Comparing
 
@@ -250,15 +352,21 @@ class ExperimentStore:
 
     @raises_library_errors
     def promote(self, model: str, **settings: Any) -> PromotionDecision:
-        """Put a version ("hybrid@3") in use for the benches of its kind, if it predicts unseen
-        configurations better.
+        """Put a version in use for the benches of its kind, if it predicts unseen configurations
+        better.
 
         The decision is kept either way.
 
         Parameters:
-            model: The version.
-            settings: `reason`, `on` (a dataset or campaign whose pulses decide) and `force` (put it
-                in use though it is worse, which needs a `reason`).
+            model: The version: "hybrid@3".
+            settings: The options of `pyroshock promote`: `reason` (kept beside the figures, by
+                default none), `on` (the dataset or campaign whose pulses decide; by default the
+                held-out configurations) and `force` (put the version in use though it is worse,
+                which needs a `reason`; by default False).
+
+        Raises:
+            NotFoundError: For an unknown version, dataset or campaign.
+            InvalidValueError: For `force` without a `reason`, and a damaged version.
         """
         from ..operations.train.promote import PROMOTE, Promoting
 
@@ -273,10 +381,10 @@ class ExperimentStore:
         """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured
         shots.
 
-        `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in
-        use. `effects` are ids of the catalogue, with parameters in SI ("plate.damping:factor=2"),
-        or a diagnosis, whose likeliest cause acts; one given here goes before an adopted one of the
-        same id. `adopted` takes those that diagnoses have left to the bench.
+        Raises:
+            NotFoundError: For an unknown campaign, material, effect or contact model.
+            InvalidValueError: For a value that is out of its bounds, and a file with other content.
+            StorageError: For a file that cannot be read.
         """
         from .laboratory_twin import laboratory_twin
 
@@ -301,7 +409,15 @@ class ExperimentStore:
     @raises_library_errors
     def diagnoses(self, *, campaign: str | None = None) -> pd.DataFrame:
         """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an
-        effect was adopted."""
+        effect was adopted.
+
+        Parameters:
+            campaign: The name of the campaign whose diagnoses are listed; by default those of all
+                campaigns.
+
+        Raises:
+            NotFoundError: For an unknown campaign.
+        """
         from ..operations.diagnose.stored import list_diagnoses
 
         with self.store.reading() as session:
@@ -310,16 +426,31 @@ class ExperimentStore:
 
     @raises_library_errors
     def diagnosis(self, number: int) -> GapDiagnosis:
-        """A diagnosis that the store keeps, by its `id` in `diagnoses()`."""
+        """A diagnosis that the store keeps.
+
+        Parameters:
+            number: Its `id` in `diagnoses()`.
+
+        Raises:
+            NotFoundError: For a number that the store does not have.
+        """
         return self._ask(SHOW_DIAGNOSIS, diagnosis=number).complete
 
     @raises_library_errors
     def adopt(self, diagnosis: GapDiagnosis, *, effect: str | None = None) -> GapDiagnosis:
-        """Let predictions use an effect of a diagnosis from now on: "gun.valve_flow", "a+b", or
-        "none" for no longer.
+        """Let predictions use an effect of a diagnosis from now on.
 
-        Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's
-        twin. Raises `InvalidValueError` for a diagnosis of a folder, which the store does not keep.
+        Parameters:
+            diagnosis: A diagnosis of a campaign of the store.
+            effect: The effect ("gun.valve_flow"), several ("a+b"), or "none" to end an adoption; by
+                default what the diagnosis says first.
+
+        Returns:
+            The same diagnosis, whose `version` is the new version of the bench's twin.
+
+        Raises:
+            InvalidValueError: For a diagnosis of a folder, which the store does not keep, and for
+                an effect that the diagnosis has not fitted.
         """
         if diagnosis.number is None:
             raise ValueError(
@@ -331,8 +462,15 @@ class ExperimentStore:
 
     @raises_library_errors
     def delete_diagnosis(self, number: int) -> None:
-        """Delete a diagnosis. Raises `InvalidValueError` for one from which an effect was
-        adopted."""
+        """Delete a diagnosis.
+
+        Parameters:
+            number: Its `id` in `diagnoses()`.
+
+        Raises:
+            NotFoundError: For a number that the store does not have.
+            InvalidValueError: For a diagnosis from which an effect was adopted.
+        """
         self._ask(DELETE_DIAGNOSIS, diagnosis=number)
 
     def _ask(self, operation: Operation[Any, Answer], **given: Any) -> Answer:
@@ -402,11 +540,15 @@ class ExperimentStore:
 def open_experiment_store(
     address: str | os.PathLike[str], *, create: bool = True
 ) -> ExperimentStore:
-    """The store at `address`: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the
-    path of a file.
+    """The store at an address.
 
-    An SQLite file that does not exist is made, unless `create` is False. Raises `StorageError`
-    where the store cannot be opened.
+    Parameters:
+        address: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the path of an SQLite
+            file.
+        create: Whether an SQLite file that does not exist is made.
+
+    Raises:
+        StorageError: Where the store cannot be opened.
     """
     from ... import __version__
 

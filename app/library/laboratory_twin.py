@@ -65,9 +65,12 @@ class LaboratoryTwin:
     def predict(self, **shot: Any) -> ShotPrediction:
         """One shot: velocity, force, accelerations and spectra with 90 % bands.
 
-        `tank_pressure` (gauge) fires the gun; `velocity`, of impact before contact, stands in for
-        it. Without either a gun is fired with 5 bar. `factors` are the laboratory's own, in SI. The
-        same `seed` gives the same bands.
+        Quantities are numbers in SI, text with a unit ("5 bar"), or quantities of pint.
+
+        Raises:
+            NotFoundError: For an unknown material or impact position.
+            InvalidValueError: For both `tank_pressure` and `velocity`, a quantity in a wrong unit,
+                and a factor that no stage of the twin uses.
         """
         from ..operations.predict.service import ShotPrediction
 
@@ -85,14 +88,28 @@ class LaboratoryTwin:
         jobs: int = 1,
         progress: bool = True,
     ) -> pd.DataFrame:
-        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of
-        the 90 % bands, SI.
+        """`shots` with the predicted numbers of each row beside it.
 
-        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a
-        table of runs ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as
-        `runs.csv` and plans have them; an empty cell leaves the argument out. `jobs` processes work
-        at once. Each row is predicted as `predict` predicts it alone; `.attrs["notes"]` says what
-        was assumed.
+        Each row is predicted as `predict` predicts it alone.
+
+        Parameters:
+            shots: A shot in each row. Columns are arguments of `predict` ("tank_pressure": "5
+                bar"), or those of a table of runs ("tank_pressure_bar") or of the store's frames
+                ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty cell leaves the
+                argument out.
+            draws: Number of random shots behind the bands of each row; 0 for the nominal shots
+                alone.
+            seed: Seed of the random shots.
+            jobs: The number of processes that predict at once.
+            progress: Whether a bar shows the progress.
+
+        Returns:
+            The columns of `shots`, then mean, lower and upper end of the 90 % band of each number,
+            SI. `.attrs["notes"]` says what was assumed.
+
+        Raises:
+            InvalidValueError: For a row that `predict` refuses, with its number, and for a column
+                that is no argument.
         """
         import pandas as pd
 
@@ -128,12 +145,25 @@ class LaboratoryTwin:
     ) -> TunedSettings:
         """Settings of the bench that give a prescribed spectrum, the best first.
 
-        `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
-        with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2).
-        `tolerance` is "6dB", "+9/-6dB" or a number in dB; without one that of the target, else
-        NASA-STD-7003's. `search` are the fields of `SpectrumSearch`: `measured`, `sensor`,
-        `bullet_mass`, `factors`, `share`, `at_least`, `extrapolate` and `seed`, as `pyroshock tune`
-        takes them.
+        Parameters:
+            target: The path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame
+                with the columns frequency_hz and level_m_s2 or level_g, or a pair of arrays (n,) in
+                Hz and m/s2.
+            tolerance: "6dB", "+9/-6dB" or a number in dB; by default that of the target, else
+                NASA-STD-7003's.
+            progress: Whether a bar shows the progress.
+            search: The fields of `SpectrumSearch`: `measured` (campaigns whose shots are learned
+                from), `sensor` (by default the first), `bullet_mass` ("0.2kg,0.5kg" or
+                "0.2kg:1kg"), `factors` (the path of a TOML file of what the laboratory owns),
+                `share` of the lines within the tolerance (by default 1), `at_least` (the
+                probability from which a setting meets the target, by default 0.5), `extrapolate`
+                (settings outside of the model's domain, too, by default False) and `seed`.
+
+        Raises:
+            InvalidValueError: For a target or tolerance that has another form, and a field out of
+                its bounds.
+            StorageError: For a file that cannot be read.
+            NotFoundError: For an unknown campaign or sensor.
         """
         from ..operations.faults import read
         from ..operations.tune.request import SpectrumSearch
@@ -147,9 +177,14 @@ class LaboratoryTwin:
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
         """The same twin with further effects, which take the place of those with the same id.
 
-        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis,
-        whose likeliest cause acts then; `diagnosis.fitted` has its other fits. Raises
-        `InvalidValueError` for a diagnosis whose likeliest cause is none or unknown.
+        Parameters:
+            effects: Ids with parameters in SI ("plate.damping:factor=2"), effects of the catalogue,
+                or a diagnosis, whose likeliest cause acts then; its attribute `fitted` has other
+                fits.
+
+        Raises:
+            NotFoundError: For an effect that the catalogue does not have.
+            InvalidValueError: For a diagnosis whose likeliest cause is none or unknown.
         """
         added = effects_of(effects, "effects")
         own = {effect.id for effect in added}
@@ -179,6 +214,11 @@ def shipped_twin(**options: Any) -> LaboratoryTwin:
     """The twin of the bench that ships with the software, without a store.
 
     Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
+
+    Raises:
+        NotFoundError: For an unknown material, effect or contact model.
+        InvalidValueError: For a value that is out of its bounds, and a file with other content.
+        StorageError: For a file that cannot be read.
     """
     from ..common.default_store import DEFAULT_DB
 

@@ -43,20 +43,31 @@ class PlanCollection:
 
     @raises_library_errors
     def open(self, name: str) -> PlannedDesign:
-        """A stored plan. Raises `NotFoundError`, which names those there are."""
+        """A stored plan.
+
+        Parameters:
+            name: The name of the plan.
+
+        Raises:
+            NotFoundError: For an unknown plan; the message names those there are.
+        """
         with self.store.reading() as session:
             return PlannedDesign(read_plan(session, name))
 
     def from_table(
         self, name: str, *, table: str | os.PathLike[str] | pd.DataFrame, **settings: Any
     ) -> PlannedDesign:
-        """Somebody else's design, in its order: a CSV file or a DataFrame with `run` and the
-        columns of the factors.
+        """Somebody else's design, in its order.
 
         Parameters:
-            name: The name of the plan.
-            table: A path, or rows with `run` and a column for each factor, in its unit.
+            name: The name under which the plan is stored.
+            table: The path of a CSV file, or a DataFrame, with `run` and a column for each factor,
+                in its unit.
             settings: Those of `pyroshock plan import`.
+
+        Raises:
+            InvalidValueError: For a table that cannot be read, a level that no factor has, and a
+                name in use.
         """
         given: Any = table
         if not isinstance(table, str | os.PathLike):

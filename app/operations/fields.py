@@ -33,7 +33,7 @@ _KEY = "pyroshock"
 @dataclass(frozen=True)
 class Presentation:
     """How doors show a field beside its type: `positional` and `metavar` on the command line,
-    `completion` names what the store completes it with (`app.doors.completion.COMPLETIONS`),
+    `completion` names what the store completes it with (`doors.command_line.completion`),
     `option` is an older spelling that commands keep, `argument` one that Python keeps, `words` says
     that the option takes all words behind it, `pair` that it takes a name and its value as two
     words, also with one letter before them, `several` that the command takes several values and

@@ -1,9 +1,9 @@
 """Designs that fill a unit cube, each axis of it cut into the levels of a factor: pyDOE3's
 hypercubes and sequences.
 
-Runs may repeat a treatment where factors have few levels. `lhs.balanced` is better where balance of
-levels matters (benchmarks/designs.py); these are for comparison, and for spaces of continuous
-factors.
+Runs may repeat a treatment where factors have few levels. `lhs.balance_levels` is better where
+balance of levels matters (benchmarks/designs.py); these are for comparison, and for spaces of
+continuous factors.
 """
 
 from __future__ import annotations

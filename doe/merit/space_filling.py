@@ -133,7 +133,7 @@ def main_effects(treatments: Levels, sizes: Sequence[int], linear: Sequence[int]
 
 
 def d_efficiency(treatments: Levels, sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
-    """|X'X / n|^(1/p) of `main_effects`; 0 where they cannot be estimated (Montgomery, section
+    """`|X'X / n|^(1/p)` of `main_effects`; 0 where they cannot be estimated (Montgomery, section
     11.4).
 
     With effect coding a balanced orthogonal design has `d_efficiency_limit`, not 1.
@@ -146,8 +146,8 @@ def d_efficiency(treatments: Levels, sizes: Sequence[int], linear: Sequence[int]
 
 
 def d_efficiency_limit(sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
-    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 -
-    k).
+    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has
+    `|X'X / n| = k^(2 - k)`.
 
     A linear axis whose runs all stand at its ends has 1, as one of two levels.
     """

@@ -35,10 +35,11 @@ def deconvolve(
 ) -> Floats:
     """What drove `output` (..., n) through `tf`, same shape: eq. 4.2, regularised after Tikhonov.
 
-    conj(H) / (|H|^2 + regularisation * max |H|^2) replaces 1 / H, which would amplify noise without
-    bound where the structure does not respond; noise grows by 1 / (2 sqrt(regularisation) max |H|)
-    at most. Zeros on either side keep the end of a record from wrapping around to its beginning. A
-    long one is cut into blocks that overlap by two segments, half the time of one long transform.
+    `conj(H) / (|H|^2 + regularisation * max |H|^2)` replaces 1 / H, which would amplify noise
+    without bound where the structure does not respond; noise grows by `1 / (2 sqrt(regularisation)
+    max |H|)` at most. Zeros on either side keep the end of a record from wrapping around to its
+    beginning. A long one is cut into blocks that overlap by two segments, half the time of one long
+    transform.
 
     A record of hits is better given as windows (hits, n), one for each hit: cheaper, and silence
     adds only noise. Raises `TransferFunctionError` when the rates differ, or `output` outlasts an

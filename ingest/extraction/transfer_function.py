@@ -48,7 +48,7 @@ class TransferFunction:
 
     @property
     def largest_gain(self) -> float:
-        """Largest |response| over the bins with coherence; `TransferFunctionError` when there is
+        """Largest `|response|` over the bins with coherence; `TransferFunctionError` when there is
         none."""
         meaningful = self.coherence >= MEANINGFUL_COHERENCE
         if not meaningful.any():

@@ -9,11 +9,11 @@ needed, and neither rate nor unit enters.
 
 Short tops: a crest of a few samples that was cut, of which only one or two stand at the rail.
 
-Three samples at one level are what `plateaus` looks for. Two are told from a crest that was sampled
-evenly by two things at once: they are equal to the converter's step, which is chance for a crest
-that falls by many steps from one sample to the next; and what surrounds them is lopsided. A smooth
-crest f whose two highest samples are equal is even about their middle: its neighbours differ by its
-third derivative alone.
+Three samples at one level are what `find_plateaus` finds. Two are told from a crest that was
+sampled evenly by two things at once: they are equal to the converter's step, which is chance for a
+crest that falls by many steps from one sample to the next; and what surrounds them is lopsided. A
+smooth crest f whose two highest samples are equal is even about their middle: its neighbours differ
+by its third derivative alone.
 """
 
 from __future__ import annotations

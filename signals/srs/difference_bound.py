@@ -16,7 +16,7 @@ the oscillator, a2 = line^2 (a - x) + 2 zeta line (a' - x'), and from Landau's i
 2 |x| |x''|.
 
 The numbers hold for lines up to `MOST_LINE` and damping up to `MOST_DAMPING`;
-`test_difference_bound.py` transforms the functions of frequency and compares.
+`tests/signals/srs/test_difference_bound.py` transforms the functions of frequency and compares.
 """
 
 from __future__ import annotations

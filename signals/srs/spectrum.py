@@ -31,10 +31,18 @@ SAMPLES_PER_CYCLE = 10.0
 
 
 def octave_grid(low_hz: float, high_hz: float, per_octave: int = PER_OCTAVE) -> Floats:
-    """Lines from `low_hz` in equal ratios, and `high_hz` as the last one, whose step may be
-    shorter.
+    """Lines in equal ratios; the step to the last one may be shorter.
 
-    Raises `ValueError` for ends that are no range and for less than one line to an octave.
+    Parameters:
+        low_hz: The first line, Hz.
+        high_hz: The last line, Hz.
+        per_octave: Lines to an octave.
+
+    Returns:
+        The lines (f,) in Hz.
+
+    Raises:
+        ValueError: For ends that are no range, and for less than one line to an octave.
     """
     if not (0 < low_hz <= high_hz < math.inf):
         raise ValueError(f"lines from {low_hz!r} to {high_hz!r} Hz: expected 0 < low <= high")
@@ -200,22 +208,30 @@ def shock_response_spectrum(
     resample_within: float | None = RESAMPLED_WITHIN,
     threads: int | None = None,
 ) -> Spectrum:
-    """Of each record in `acceleration` (..., n), m/s2, at `frequency_hz` (f,), by default
-    `grid_of_record`'s.
+    """The spectrum of each record.
 
-    Q is 10 unless `q` or `damping_ratio` says otherwise. The base rests before the first sample,
-    moves in straight lines from sample to sample, in one more step to 0 after the last, and rests.
-    Peaks while the record lasts are those at samples; the peaks of the free decay after it are
-    exact.
+    The base rests before the first sample, moves in straight lines from sample to sample, in one
+    more step to 0 after the last, and rests. Peaks while the record lasts are those at samples; the
+    peaks of the free decay after it are exact.
 
-    `resample_within`: straight lines and peaks between samples may hide this share of a line at
-    most. Where the content of a record makes it more, the record is resampled band-limited, once
-    for all lines, by the least power of two that reaches it, at most by `MOST_RESAMPLED`. None
-    takes every record as it is. `Spectrum.sampling_error` tells what remains either way. `threads`:
-    at most so many, None for one to a processor.
+    Parameters:
+        acceleration: Records (..., n) in m/s2.
+        sampling_rate_hz: Their sampling rate, Hz.
+        frequency_hz: The lines (f,) in Hz; by default those of `grid_of_record`.
+        q: Q of the oscillators; by default 10.
+        damping_ratio: Their damping ratio, in the place of `q`: 1/(2 Q).
+        resample_within: The share of a line that straight lines and peaks between samples may hide
+            at most. A record that hides more is resampled band-limited, once for all lines, by the
+            least power of two that reaches it, at most by `MOST_RESAMPLED`. None takes every record
+            as it is; `Spectrum.sampling_error` has what remains either way.
+        threads: The largest number of threads; by default one to a processor.
 
-    Raises `ValueError` for a record that is empty, constant or not all numbers, and for lines from
-    half the sampling rate upwards.
+    Raises:
+        ValueError: For a record that is empty, constant or not all numbers, and for lines from half
+            the sampling rate upwards.
+
+    Source:
+        ISO 18431-4.
     """
     records, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)
     zeta = checked_damping(q, damping_ratio)

@@ -13,7 +13,7 @@ import pytest
 from tools import links
 from tools.reference.subjects import SUBJECTS, asked
 from tools.site.contents import MARK, reachable, sections, with_contents
-from tools.site.docstrings import paragraph, rst, signature_of
+from tools.site.docstrings import fields_of
 from tools.site.files import linked
 from tools.site.pages import of_root
 
@@ -54,19 +54,9 @@ def test_links_become_the_tree_and_docstrings_say_what_they_say(monkeypatch, tmp
         "# Title\n\n[a](docs/a.md#b) [c](LICENSE) [d](#e) [f](https://g.h) [i](docs/j/)\n"
     )
     assert of_root("FILE.md") == "\n[a](a.md#b) [c](../LICENSE) [d](#e) [f](https://g.h) [i](j/)\n"
-    assert paragraph("`a`s of x_ and *y* |z|") == r"``a``\ s of x\_ and \*y\* \|z\|"
-    assert (
-        paragraph("A. Smith says:: ") == r"\A. Smith says:: "
-        and paragraph("See below::") == r"See below:\:"
-    )
-    assert rst("One.\n\n- two\n\n    three") == ["One.", "", "- two", "", "::", "", "   three", ""]
-    from pyroshock.signals.checks import run_checks
+    from pyroshock.signals.checks.base import Finding
 
-    assert signature_of(run_checks) == (
-        "(channel: pyroshock.signals.channel.Channel, contacts: "
-        "tuple[pyroshock.signals.checks.base.Contact, ...])"
-        " -> list[pyroshock.signals.checks.base.Finding]"
-    )
+    assert "- ``message``: one sentence for a person, with value and limit" in fields_of(Finding)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from functools import cache
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -39,17 +38,6 @@ def members(module: ModuleType) -> list[Any]:
         and getattr(thing, "__name__", "") == name
         and not (inspect.isclass(thing) and issubclass(thing, Base))
     ]
-
-
-@cache
-def documented() -> frozenset[str]:
-    """Full names of all functions and classes of the reference."""
-    return frozenset(
-        f"{module.__name__}.{thing.__name__}"
-        for room in ROOMS
-        for module in modules(room)
-        for thing in members(module)
-    )
 
 
 def _section(module: ModuleType) -> str:

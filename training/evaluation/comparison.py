@@ -3,7 +3,7 @@
 Both have predicted the same held-out pulses. What is compared is the difference of their errors,
 pulse by pulse, summed by configuration: repetitions of a configuration are no independent evidence.
 
-- Interval: bootstrap of whole configurations (`metrics/clusters.py`), 90 %.
+- Interval: bootstrap of whole configurations (`summary.bootstrap_interval`), 90 %.
 - p-value: two-sided sign-flip test (Fisher's randomisation; Good, Permutation, Parametric and
   Bootstrap Tests of Hypotheses, 3rd ed. 2005). Were the models alike, each configuration's
   difference could as well have the other sign. Exact where all 2^k signs can be tried, else by

@@ -4,7 +4,7 @@ The force on the plate is the joint's. A tip that is stiffer than the joint leav
 before the plate has felt much of it, and may strike it again.
 
 The compiled motion of an impactor, an anvil and the plate below it, in an impact's own units
-(`numbers.py`).
+(`integrate_contact.py`).
 
 xi indentation, eta the impactor's velocity, nu the anvil's, d how far the joint is pressed: the
 contact's force phi follows from xi and the rate of approach eta - nu as on a plate, eta' = -phi,

@@ -1,4 +1,4 @@
-"""The compiled motion of impactor and plate together: symbols as in `coupled_tables.py`, SI.
+"""The compiled motion of impactor and plate together: symbols as in `coupled.py`, SI.
 
 a = x - y - d is the approach: the impactor's way x, the surface's displacement y of all modes, the
 way d of a dashpot in series (mu); a = delta + layer(f) + C F, and F = f(delta) (1 + chi a'). C is

@@ -1,4 +1,4 @@
-"""The compiled motion of contacts in their own units: symbols as in `numbers.py`.
+"""The compiled motion of contacts in their own units: symbols as in `integrate_contact.py`.
 
 x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi. The loss acts
 on the rate of the whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.

@@ -172,8 +172,8 @@ _CAUSES: dict[str, Draw] = {
 }
 
 #: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another
-#: one. Sensors: what their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`);
-#: velocity: 1 mm of 85 mm; boundary: the plate of 9.3 kg on the ropes of `plate.resonant`, 8 kN/m.
+#: one. Sensors: what their data sheets allow (`campaigns.gun`, `campaigns.hammer`);
+#: velocity: 1 mm of 85 mm; boundary: the plate of 9.3 kg on the ropes of `resonant_plate`, 8 kN/m.
 BENCH_DEFAULT: Mapping[str, float] = {
     "plate.sensor_mass": 0.027,
     "plate.boundary": 4.7,

@@ -29,8 +29,8 @@ class StrengthRange:
 
 
 _BENCH = "times the bench's default"
-#: Every effect of the catalogue. Contact and gun: what `impact.assemble` and `gun.setting` make of
-#: a strength.
+#: Every effect of the catalogue. Contact and gun: what `integrate.assemble` and
+#: `gun.build.setting_of` make of a strength.
 RANGES: Mapping[str, StrengthRange] = {
     "gun.back_pressure": StrengthRange(0.9, 1.04, "atmospheres"),
     "gun.blow_by": StrengthRange(0.0, 6.0, _BENCH),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ...training.evaluation.summary import clustered, ensemble_crps
 
-#: Quantiles that are kept of the draws; Hazen's, as the bands of a prediction (`twin.bands`).
+#: Quantiles that are kept of the draws; Hazen's, as the bands of a prediction (`prediction.Band`).
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 

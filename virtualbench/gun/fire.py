@@ -130,7 +130,7 @@ def fire(
 
     Open chambers with balances of mass and energy (perfect gas), flow by ISO 6358 (valve) and the
     isentropic nozzle (clearance, vents, muzzle), friction with a Stribeck hump;
-    `setting.setting_of` says what each strength means. `valve_way` is what the controller lets the
+    `build.setting_of` says what each strength means. `valve_way` is what the controller lets the
     valve do; without it, it opens within the gun's own time and stays open. `restitution` is the
     plate's; `tightness` multiplies the integrator's tolerances. Raises `ValueError` for a pressure
     that is negative or not finite and for what the barrel cannot shoot; `RuntimeError` where LSODA

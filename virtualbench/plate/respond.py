@@ -144,7 +144,8 @@ def respond(
 
 
 def pulse_bandwidth_hz(time_s: Floats, force_n: Floats) -> float:
-    """The frequency (Hz) beyond which f |F(f)| stays below 1e-4 of its peak; 0 for no force at all.
+    """The frequency (Hz) beyond which `f |F(f)|` stays below 1e-4 of its peak; 0 for no force at
+    all.
 
     Infinity where the samples are too coarse to show such a frequency.
     """

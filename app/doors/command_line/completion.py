@@ -121,7 +121,7 @@ def _address(context: click.Context) -> str:
 
 
 def _registry(store: str) -> str:
-    """As `training.place` has it, which imports SQLAlchemy."""
+    """As `model_storage.storage_for` has it, which imports SQLAlchemy."""
     if given := os.environ.get("MLFLOW_TRACKING_URI"):
         return given
     file = _file(store)

@@ -245,7 +245,11 @@ class GapDiagnosis(Result):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """The shares of the gap by set of effects, with their 90 % intervals, the causes at the
-        top."""
+        top.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:

@@ -94,7 +94,7 @@ class StoredDiagnosis(Result):
         return self.complete.tables()
 
     def to_json(self) -> dict[str, Any]:
-        """The report (diagnosis-report.md)."""
+        """The report as `pyroshock diagnose --json` prints it."""
         return self.report
 
 

@@ -56,8 +56,8 @@ class LevelPulses:
 
 @dataclass(frozen=True, eq=False)
 class PulseOverlay:
-    """Pulses on one axis: `time_s` (points,) since contact began, or `share_of_contact` (points,)
-    from 0 to 1.
+    """Pulses on one axis: `time_s` (points,) since contact began, or its share of the contact from
+    0 to 1.
 
     `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`.
     `damaged` are the impacts that were left out because their stored force is damaged.

@@ -57,26 +57,40 @@ def srs(
     rest: str | None = None,
     hit: int | str | None = None,
 ) -> pd.Series[float] | pd.DataFrame:
-    """The maximax absolute acceleration of oscillators (ISO 18431-4), in the unit of the
-    acceleration.
+    """The shock response spectrum: the maximax absolute acceleration of oscillators with one degree
+    of freedom.
 
-    `acceleration` is an array (n,) with its `rate` in Hz or as a text with its unit ("20 kHz"), a
-    Series, or a DataFrame with a column for each record (an array (n, k) is taken as one). Without
-    `rate`, the index of a Series or DataFrame is the time, in s or in the unit that its name
-    carries (`time_ms`). `frequencies` are in Hz: numbers, or "100:10000:6" for six lines an octave;
-    by default six an octave over what the record's length and rate allow. Q is 10 unless `q` or
-    `damping_ratio` says otherwise. A record whose content requires it is interpolated band-limited,
-    so that the steps between its samples hide at most 1 % of a line; `resample=False` takes it as
-    it is. `rest` chooses the zero of each record: by default the rest before the shock, where there
-    is one, "none" for zero as recorded, "0ms:5ms" for the mean between two times. A record that
-    holds several hits needs `hit`: a number from 1, or "whole". The result's `attrs` say what was
-    done: `rest` holds what was subtracted, `sampling_error` what sampling may have changed of each
-    line at most, as a share.
+    A record whose content requires it is interpolated band-limited first, so that the steps between
+    its samples hide at most 1 % of a line.
 
-    Returns a Series over `frequency_hz`, or a DataFrame with a column for each record. Raises
-    `InvalidValueError` for a record that is empty, constant, not finite or masked in part, for
-    records that lie as rows, for samples that are no readings (-9999), for a missing rate or uneven
-    times, and for lines from half of the rate upwards.
+    Parameters:
+        acceleration: An array (n,), a Series, or a DataFrame with a column for each record; an
+            array (n, k) is taken as one. In any unit.
+        rate: Sampling rate in Hz, or as text with its unit ("20 kHz"). By default it follows from
+            the index of the Series or DataFrame: the time in s, or in the unit that its name
+            carries (`time_ms`).
+        q: Q of the oscillators; by default 10.
+        damping_ratio: Their damping ratio, in the place of `q`: 1/(2 Q).
+        frequencies: The lines in Hz, or "100:10000:6" for six lines an octave; by default six an
+            octave over what the record's length and rate allow.
+        resample: Whether the record is interpolated; False takes it as it is.
+        rest: The zero of each record: "none" for zero as recorded, or "0ms:5ms" for the mean
+            between two times; by default the rest before the shock, where there is one.
+        hit: Of a record with several hits the number from 1, or "whole".
+
+    Returns:
+        A Series over `frequency_hz`, or a DataFrame with a column for each record, in the unit of
+        the acceleration. In `attrs`, `rest` is what was subtracted, and `sampling_error` the share
+        of each line that sampling may have changed at most.
+
+    Raises:
+        InvalidValueError: For a record that is empty, constant, not finite or masked in part; for
+            records that lie as rows, samples that are no readings (-9999), a missing rate, uneven
+            times, and lines from half of the rate upwards.
+
+    Source:
+        ISO 18431-4, by the ramp-invariant rule of Smallwood (Shock and Vibration Bulletin 51,
+        1981).
     """
     import pandas as pd
 

@@ -59,7 +59,11 @@ class PlanQuality:
         return pd.DataFrame(rows + changes).set_index("figure")
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """How far each pair of levels is from its share, on `ax` or on axes that are made."""
+        """How far each pair of levels is from its share.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -189,12 +193,18 @@ class PlannedDesign(Result):
     def sheet(
         self, path: str | os.PathLike[str] | None = None, *, spreadsheet_guard: bool = True
     ) -> str | Path:
-        """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or
-        .html by the suffix.
+        """The run sheet.
 
-        In CSV a text that begins with = + - @ gets an apostrophe, so that no spreadsheet takes it
-        for a formula; `spreadsheet_guard=False` leaves it as it is. Raises `InvalidValueError` for
-        another suffix.
+        Parameters:
+            path: The file to write: .csv, .xlsx or .html. By default nothing is written.
+            spreadsheet_guard: Whether in CSV a text that begins with = + - @ gets an apostrophe, so
+                that no spreadsheet takes it for a formula.
+
+        Returns:
+            The text of the sheet as CSV, or the path that was written.
+
+        Raises:
+            InvalidValueError: For another suffix.
         """
         from ....doe.sheet import sheet_text, write_sheet
 
@@ -222,17 +232,28 @@ class PlannedDesign(Result):
         """Fire the plan on the virtual bench into a new campaign folder, as `pyroshock simulate`
         does.
 
-        The folder is returned: `store.ingest(plan.simulate("summer"))`. The same `seed` gives the
-        same files. `effects` are strengths by name ({"gun.blow_by": 3}): 0 takes an effect away, 1
-        is a realistic bench's and the usual one. With `echoes` the edges of the plate act on what
-        strikes it while it touches. `name` is the campaign's and `repetitions` the hits or shots of
-        each run, both the plan's unless they are given. Of a gun, a recording begins `pre_trigger`
-        ("300ms") before the share `trigger` of the tank's pressure is lost ("5%" or 0.05; "none": a
-        recorder started by hand). `jobs` processes work at once, by default one for each core, at
-        most 4.
+        What was set and what really happened is in FOLDER.sealed.json beside the folder.
 
-        What was set and what really happened is in FOLDER.sealed.json beside the folder. Raises
-        `InvalidValueError` for a folder that is not empty and for what cannot be fired.
+        Parameters:
+            folder: The campaign folder that is made.
+            seed: Seed of the bench: the same seed gives the same files.
+            effects: Strength of effects by name ({"gun.blow_by": 3}): 0 takes an effect away; 1,
+                the default, is a realistic bench's.
+            echoes: Whether the edges of the plate act on what strikes it while it touches.
+            name: The name of the campaign; by default the plan's.
+            repetitions: Hits or shots of each run; by default the plan's.
+            trigger: The share of the tank's pressure whose loss starts a recording of a gun: "5%"
+                or 0.05; "none" for a recorder that is started by hand. By default 5 %.
+            pre_trigger: The time that is recorded before the trigger, in s, as text with a unit or
+                a quantity of pint; by default 300 ms.
+            jobs: The number of processes; by default one for each core, at most 4.
+            progress: Whether a bar shows the progress.
+
+        Returns:
+            The folder, as `store.ingest` takes it.
+
+        Raises:
+            InvalidValueError: For a folder that is not empty, and for what cannot be fired.
         """
         from .rehearsal import simulate_plan
 
@@ -252,7 +273,11 @@ class PlannedDesign(Result):
             ).folder
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The levels of every factor from run to run, on `ax` or on axes that are made."""
+        """The levels of every factor from run to run.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:

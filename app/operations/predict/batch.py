@@ -243,7 +243,7 @@ def bench_of_rows(
     where it is given, is every row's), the rows with the factors that the contact model asks for;
     and what was assumed, for the user.
 
-    Raises as `twin_of` and `with_factors`.
+    Raises as `twins.building.twin_of` and `with_factors`.
     """
     twins: dict[tuple[str | None, float], BuiltTwin] = {}
     for plate, height in dict.fromkeys(row.twin for row in rows):

@@ -64,8 +64,11 @@ class ContactPulses:
         return with_units(pd.DataFrame(columns, index=self.index))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The force of each impact over its contact, with 90 % bands where the model gives
-        spreads."""
+        """The force of each impact over its contact, with 90 % bands where the model gives spreads.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -111,13 +114,21 @@ class StoredModel:
 
     @raises_library_errors
     def predict(self, impacts: pd.DataFrame) -> ContactPulses:
-        """The pulses of impacts: a row for each, the columns as a dataset's `to_frame()` has them,
-        SI.
+        """The pulses of impacts.
 
-        The mass of the impactor and the thickness of the plate (`impactor_mass_kg`,
-        `plate_thickness_m`) are taken where they are columns; some laws of contact need them. Other
-        columns are not looked at. Raises `NotFoundError` for a missing column, `InvalidValueError`
-        for a level that the model does not know.
+        Parameters:
+            impacts: An impact in each row, with the columns of `columns` in SI, as a dataset's
+                `to_frame()` has them. `impactor_mass_kg` and `plate_thickness_m` are taken where
+                they are columns, since some laws of contact need them; other columns are not looked
+                at.
+
+        Returns:
+            Force (n, 20) in N and contact time (n,) in s, with the index of `impacts`.
+
+        Raises:
+            NotFoundError: For a missing column.
+            InvalidValueError: For a level that the model does not know, and a value that is no
+                number.
         """
         answer = self._registered.predict(_inputs(self._registered.predictors, impacts))
         return _pulses(self.label, answer, impacts.index)
@@ -134,9 +145,16 @@ class StoredModel:
 
 
 def read_model(url: str, name: str, split: str | None = None) -> StoredModel:
-    """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
+    """A registered version.
 
-    Raises `LookupError` that names what there is, `ValueError` for a damaged model.
+    Parameters:
+        url: The address of the store, beside which the registry lies.
+        name: "hybrid@3", "hybrid@champion", or "hybrid" for the newest one.
+        split: The split that the newest version was judged on; by default any.
+
+    Raises:
+        LookupError: For an unknown model; the message names those there are.
+        ValueError: For a damaged model.
     """
     from ....training.registry.listing import chosen
 

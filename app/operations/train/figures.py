@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ....training.registry.records import Version
     from ....training.registry.registry import Registry
 
-#: Gives a dataset's pulses by its hash: `training.reader_of`.
+#: Gives a dataset's pulses by its hash: `model_registry.reader_of`.
 Read = Callable[[str], "PulseTable"]
 
 #: Of which intervals the coverage is told.

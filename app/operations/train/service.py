@@ -84,7 +84,11 @@ class FrozenDataset(Result):
 
     def splits(self, *, seed: int = 0) -> pd.DataFrame:
         """The ways in which the pulses can be parted for training, with the number of pulses on
-        either side."""
+        either side.
+
+        Parameters:
+            seed: Seed of the random splits.
+        """
         from .datasets import snapshot_as_json
 
         return frame_of(snapshot_as_json(self.snapshot, seed)["splits"])
@@ -185,11 +189,20 @@ class TrainingRuns(Result):
         return (self.figure(),) if self.versions else ()
 
     def plot(self, ax: Axes | None = None, *, metric: str = "force_nrmse") -> Axes:
-        """The error of each version with its 90 % interval, the best one at the top."""
+        """The error of each version with its 90 % interval, the best one at the top.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+            metric: The name of the error, one of `training.evaluation.metrics.METRICS`.
+        """
         return plot_on(self.figure(metric=metric), ax)
 
     def figure(self, *, metric: str = "force_nrmse") -> Plot:
-        """The error of each version with its 90 % interval, as a figure."""
+        """The error of each version with its 90 % interval, as a figure.
+
+        Parameters:
+            metric: The name of the error, one of `training.evaluation.metrics.METRICS`.
+        """
         ranked = sorted(self.versions, key=lambda version: version.metrics[metric].mean)
         estimates = [version.metrics[metric] for version in ranked]
         errors = PointSeries(
@@ -311,7 +324,11 @@ class ModelComparison(Result):
         return (comparison_figure(self.comparisons.comparisons[0], self.metrics[0]),)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The difference of the first pair with its 90 % interval, over all pulses and by group."""
+        """The difference of the first pair with its 90 % interval, over all pulses and by group.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -408,7 +425,11 @@ class PromotionDecision(Result):
 
 
 def decision_json(decision: Decision) -> dict[str, Any]:
-    """A decision on a promotion as plain data, its time as text."""
+    """A decision on a promotion as plain data, its time as text.
+
+    Parameters:
+        decision: The decision as the registry keeps it.
+    """
     return {**asdict(decision), "when": decision.when.isoformat(timespec="seconds")}
 
 
@@ -417,7 +438,14 @@ def _models(count: int) -> str:
 
 
 def versions_frame(versions: Iterable[Version]) -> pd.DataFrame:
-    """Registered versions, a row each."""
+    """Registered versions, a row each.
+
+    Parameters:
+        versions: The versions, in the order of the rows.
+
+    Returns:
+        Mean and ends of the 90 % interval of each metric, and the duration of the training in s.
+    """
     rows = []
     for version in versions:
         row: dict[str, Any] = {

@@ -192,14 +192,19 @@ class TunedSettings(Result):
     def plot(self, ax: Axes | None = None) -> Axes:
         """The expected spectra of the best settings in the tolerance of the target.
 
-        Raises `LookupError` where the bench refuses every setting.
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+
+        Raises:
+            NotFoundError: Where the bench refuses every setting.
         """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
         """The expected spectra of the best settings in the tolerance of the target, as a figure.
 
-        Raises `LookupError` where the bench refuses every setting.
+        Raises:
+            NotFoundError: Where the bench refuses every setting.
         """
         from .figures import goal_figure
 
@@ -216,10 +221,18 @@ class TunedSettings(Result):
 
 
 def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target:
-    """A prescribed spectrum in m/s2; a number is a tolerance in dB, either way.
+    """A prescribed spectrum in m/s2.
 
-    Without a tolerance of its own or a given one, NASA-STD-7003's is taken. Raises `ValueError` as
-    `target_csv.read_target` and `Target`.
+    Parameters:
+        given: The path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame with
+            the columns frequency_hz and level_m_s2 or level_g, a pair of arrays (n,) in Hz and
+            m/s2, or a target.
+        tolerance: "6dB", "+9/-6dB" or a number in dB, either way; by default that of `given`, else
+            NASA-STD-7003's.
+
+    Raises:
+        ValueError: For a table without these columns, frequencies that do not rise, and a tolerance
+            of another form.
     """
     from ....twin.srs.standards import parse_tolerance, within_db
     from ....twin.srs.target import Target
@@ -255,7 +268,20 @@ def search_settings(
     twin: TwinRequest,
     step: Step,
 ) -> TunedSettings:
-    """The settings for a spectrum. Raises as `session.session_of`."""
+    """The settings for a spectrum.
+
+    Parameters:
+        store: The store whose campaigns are learned from; None: the shipped bench.
+        url: The address of the store, beside which models and solved plates lie.
+        target: The prescribed spectrum.
+        search: What the laboratory owns, and what counts as meeting the target.
+        twin: The twin that predicts.
+        step: Receives the progress.
+
+    Raises:
+        LookupError: For an unknown campaign, sensor or contact model.
+        ValueError: For a target whose lines the twin does not predict.
+    """
     from ...common.model_registry import models_extra
     from .session import session_of
 

@@ -138,8 +138,12 @@ class TwinValidation(Result):
         return (self.figure(),)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The share of shots inside the 90 % band of each quantity, with the 95 % interval that
-        the quantities share, beside what is promised."""
+        """The share of shots inside the 90 % band of each quantity, with the 95 % interval that the
+        quantities share, beside what is promised.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -174,7 +178,18 @@ class TwinValidation(Result):
 
 
 def validate_twin(store: Store, url: str, request: ValidationRequest, step: Step) -> TwinValidation:
-    """Raises as `validation.run_validation`."""
+    """Measured shots beside predictions that had not seen them.
+
+    Parameters:
+        store: The store that has the campaign.
+        url: Its address, beside which models and solved plates lie.
+        request: The campaign and the twin.
+        step: Receives the progress.
+
+    Raises:
+        LookupError: For an unknown campaign or contact model.
+        ValueError: For a campaign without shots that can be compared.
+    """
     from ...common.model_registry import models_extra
     from .validation import run_validation
 

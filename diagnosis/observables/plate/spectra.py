@@ -3,8 +3,7 @@ rests at.
 
 What modes a plate rings with after a contact, in closed form, and how a mounted sensor shows them.
 
-q'' of mode m is Im(lambda^2 / omega_d Z exp(lambda t)) with Z the integral of F exp(-lambda t):
-recursion.py.
+q'' of mode m is Im(lambda^2 / omega_d Z exp(lambda t)) with Z the integral of F exp(-lambda t).
 
 By how much later than its force a plate rings tells a slow force channel from a mounting that
 resonates. Under a force about the time c a mode begins with the phase of Z exp(lambda c), 0 or a
