@@ -506,7 +506,11 @@ class ExperimentStore:
 
     @raises_library_errors
     def jobs(self, *, limit: int | None = None) -> pd.DataFrame:
-        """The long work that was asked for, the newest first; at most 20 jobs without `limit`."""
+        """The long work that was asked for, the newest first.
+
+        Parameters:
+            limit: At most so many jobs; by default 20.
+        """
         from ..jobs.job_operations import JOB_LIST
 
         return frame_of(self._ask(JOB_LIST, limit=limit).rows, ("id", "state", "label"))

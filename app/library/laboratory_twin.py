@@ -226,8 +226,18 @@ def shipped_twin(**options: Any) -> LaboratoryTwin:
 
 
 def laboratory_twin(store: Store | None, url: str, **options: Any) -> LaboratoryTwin:
-    """The twin of a campaign's bench. `options` are those of `TwinOptions`. Raises as
-    `building.twin_of`."""
+    """The twin of a campaign's bench.
+
+    Parameters:
+        store: The store that has the campaign, its materials and adopted effects; None: the shipped
+            bench.
+        url: The address of the store, beside which models and solved plates lie.
+        options: The fields of `TwinOptions`, by name.
+
+    Raises:
+        LookupError: For an unknown campaign, material, effect or contact model.
+        ValueError: For a value that is out of its bounds, and a file with other content.
+    """
     with read_arguments(TwinOptions, options).twin_request() as request:
         return LaboratoryTwin(_built(store, url, request), store, url, request)
 

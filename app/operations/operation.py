@@ -123,7 +123,11 @@ class Result:
         return ()
 
     def write_figure(self, path: Path) -> None:
-        """Draw the first of the pictures into a file."""
+        """Draw the first of the pictures into a file.
+
+        Parameters:
+            path: The file, whose ending says its format: .png, .svg or .pdf.
+        """
         from ..figures.matplotlib_renderer import write_figure
 
         write_figure(self.figures()[0], path)
