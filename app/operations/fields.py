@@ -282,13 +282,16 @@ def _names(value: Any, info: ValidationInfo) -> Any:
     return tuple(dict.fromkeys(name for name in names if name != ""))
 
 
-def _texts(value: Any) -> Any:
+def _texts(value: Any, info: ValidationInfo) -> Any:
+    """Empty lines of a form and of an address are none; an empty option is a mistake, which the
+    request refuses."""
     if value is None:
         return ()
     texts = value.splitlines() if isinstance(value, str) else value
     if not isinstance(texts, Collection):
         return value
-    return tuple(text.strip() for text in texts if text.strip()) if texts else ()
+    typed = source_of(info) == "command"
+    return tuple(text.strip() for text in texts if typed or text.strip())
 
 
 #: Texts that may have commas: a list, one in each line, or repeated.

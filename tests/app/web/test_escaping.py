@@ -92,10 +92,10 @@ def _is_ours(tag: str, given: dict[str, str | None]) -> bool:
     )
 
 
-def checked(client: Any, address: str) -> ShownPage:
+def checked(client: Any, address: str, status: int = 200) -> ShownPage:
     """A page that is nothing but ours."""
     answer = client.get(address)
-    assert answer.status_code == 200, (address, answer.text[:2000])
+    assert answer.status_code == status, (address, answer.text[:2000])
     page = ShownPage(answer.text)
     assert page.wrong == [], address
     assert not [
@@ -209,10 +209,14 @@ def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: st
     f"/tune?text={quote(EVIL[0])}&contact={quote(EVIL[1])}&tolerance={quote(EVIL[2])}"
     f"&share={quote(EVIL[4])}",
     f"/validations?campaign={quote(EVIL[0])}&contact={quote(EVIL[1])}",
-    f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
 ])  # fmt: skip
 def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) -> None:
     checked(evil[0], address)
+
+
+def test_what_a_refused_address_says_is_no_html(evil: tuple[Any, Any]) -> None:
+    address = f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}"
+    checked(evil[0], address, status=422)
 
 
 @pytest.mark.parametrize(
