@@ -125,9 +125,9 @@ def command_of(
         function = spreadsheet_guard_option(function)
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
-    for name, field in reversed(typed_request.model_fields.items()):
-        if name not in _HIDDEN:
-            function = parameter(name, field)(function)
+    for field_name, field in reversed(typed_request.model_fields.items()):
+        if field_name not in _HIDDEN:
+            function = parameter(field_name, field)(function)
     word = name or _words(operation, typed_request)[-1]
     return click.command(word, cls=OperationCommand, help=_help(operation, typed_request))(function)
 
