@@ -10,10 +10,13 @@ makes its own store.
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -83,13 +86,24 @@ def _parts(cell: Any) -> Iterator[str]:
 
 def shown(text: str) -> str:
     """A page with the notebook, run now, in the place of its mark."""
-    return MARK.sub(lambda mark: _run_and_shown(FOLDER / mark[1]), text)
+    return MARK.sub(lambda mark: run_and_shown(mark[1]), text)
 
 
-def _run_and_shown(file: Path) -> str:
+def run_at_once(pages: Iterable[str]) -> None:
+    """Run the notebooks of pages, as many at once as there are cores; `shown` then has them."""
+    names = [mark[1] for page in pages for mark in MARK.finditer(page)]
+    with ThreadPoolExecutor(os.cpu_count()) as kernels:  # a kernel is a process of its own
+        list(kernels.map(run_and_shown, names))
+
+
+@cache
+def run_and_shown(name: str) -> str:
+    """A notebook of docs/notebooks as Markdown, without its title, which its page has; run once in
+    a process."""
+    file = FOLDER / name
     with tempfile.TemporaryDirectory() as folder:
         text = as_markdown(run_notebook(file, Path(folder)))
-    return text.partition("\n")[2] if text.startswith("# ") else text  # the page has its title
+    return text.partition("\n")[2] if text.startswith("# ") else text
 
 
 if __name__ == "__main__":

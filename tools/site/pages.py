@@ -47,10 +47,12 @@ def _read(_: Sphinx, _name: str, source: list[str]) -> None:
 
 
 def _outdated(_: Sphinx, env: BuildEnvironment, *_sets: set[str]) -> list[str]:
-    """Pages that hang on more than their own file are read anew, whatever its age."""
-    found = []
-    for name in env.found_docs:
-        text = Path(env.doc2path(name)).read_text(encoding="utf-8")
-        if asked(text) or _FILE.search(text) or notebooks.MARK.search(text):
-            found.append(name)
-    return found
+    """Pages that hang on more than their own file are read anew, whatever its age. Their notebooks
+    run here, before the pages are shared among processes."""
+    texts = {name: Path(env.doc2path(name)).read_text(encoding="utf-8") for name in env.found_docs}
+    notebooks.run_at_once(texts.values())
+    return [
+        name
+        for name, text in texts.items()
+        if asked(text) or _FILE.search(text) or notebooks.MARK.search(text)
+    ]
