@@ -7,6 +7,7 @@ from functools import cache
 
 import click
 import pytest
+from pyroshock.app.operations.catalogue import OPERATIONS, operations
 from pyroshock.dataset import predictors
 from pyroshock.diagnosis.observable_families import family_of
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
@@ -103,6 +104,13 @@ def test_a_reader_has_suffixes_and_library(reader) -> None:
     assert readers.libraries(reader)
 
 
+def test_every_operation_and_every_reason_why_it_is_not_offered_is_in_the_reference() -> None:
+    page = SUBJECTS["operations"]()
+    assert all(f"| {name} |" in page for name in OPERATIONS)
+    reasons = {reason for declared in operations() for reason in declared.absent.values()}
+    assert all(escaped(reason) in page for reason in reasons)
+
+
 def test_libraries_and_imported_names_are_in_the_reference_and_unknown_subjects_refused() -> None:
     found = {reader.format: readers.libraries(reader) for reader in READERS}
     assert (
@@ -113,7 +121,7 @@ def test_libraries_and_imported_names_are_in_the_reference_and_unknown_subjects_
     assert "autofunction:: pyroshock.ingest.load.ingest_folder" in page("api ingest")
     assert "autofunction:: pyroshock.diagnosis.diagnose.diagnose" in page("api diagnosis")
     with pytest.raises(
-        LookupError, match="no subject 'weather' of the reference; there are: commands, tables"
+        LookupError, match="no subject 'weather' of the reference; there are: commands, operations"
     ):
         filled("# A page\n\n<!-- generated: weather -->\n")
 

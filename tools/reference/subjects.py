@@ -6,12 +6,24 @@ import re
 from collections.abc import Callable
 from functools import partial
 
-from . import api, checks, commands, designs, effects, models, observables, readers, tables
+from . import (
+    api,
+    checks,
+    commands,
+    designs,
+    effects,
+    models,
+    observables,
+    operations,
+    readers,
+    tables,
+)
 from .rooms import ROOMS
 
 #: Subject -> its Markdown.
 SUBJECTS: dict[str, Callable[[], str]] = {
     "commands": commands.page,
+    "operations": operations.page,
     "tables": tables.page,
     "effects": effects.page,
     "readers": readers.page,

@@ -180,7 +180,9 @@ def test_what_is_not_there_has_its_columns(large_store):
 
 @pytest.mark.parametrize("listing", ["impacts", "shots"])
 def test_a_limit_counts_at_least_one_row(large_store, listing):
-    with pytest.raises(ps.InvalidValueError, match="limit is 0; expected a whole number of 1 or more"):
+    with pytest.raises(
+        ps.InvalidValueError, match="limit is 0; expected a whole number of 1 or more"
+    ):
         getattr(large_store, listing)(limit=0, sort="run")
 
 
