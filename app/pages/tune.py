@@ -148,7 +148,9 @@ def _with_alternatives(
         {
             **row,
             "outside of the model's range": "; ".join(proposal["outside_domain"]),
-            "alternatives": "; ".join(setting_words(settings)[0] for settings in proposal["alternatives"]),
+            "alternatives": "; ".join(
+                setting_words(settings)[0] for settings in proposal["alternatives"]
+            ),
         }
         for row, proposal in zip(rows, data["proposals"], strict=True)
     ]
