@@ -167,7 +167,7 @@ def _fault(item: Any, request: type[Request]) -> Fault:
     if kind in ("value_error", "assertion_error"):
         return Fault(name, str(item["ctx"]["error"]))
     if kind == "missing":
-        return Fault(name, f"{name} is missing; expected {expectation(field)}")
+        return Fault(name, f"{name} is missing; expected {expectation(field, needed=True)}")
     if kind == "extra_forbidden":
         field_names = ", ".join(field for field in request.model_fields if field != "method")
         return Fault(name, f"{name} is not known; known: {field_names}")
@@ -217,8 +217,8 @@ def bounds(field: FieldInfo) -> dict[str, Any]:
     return limits
 
 
-def expectation(field: FieldInfo | None) -> str:
-    """What a field takes: `a whole number from 1 to 2000`."""
+def expectation(field: FieldInfo | None, *, needed: bool = False) -> str:
+    """What a field takes: `a whole number from 1 to 2000`; `needed`: its default is not taken."""
     if field is None:
         return "a value"
     kind, limits = bare(field.annotation), bounds(field)
@@ -237,6 +237,8 @@ def expectation(field: FieldInfo | None) -> str:
         return f"a text of at most {most:,} characters" if most else "a text"
     if get_origin(kind) in (tuple, list):
         most = limits.get("max_length")
+        if needed or field.is_required():
+            return "at least one value" + (f", and at most {most}" if most else "")
         return f"a list of at most {most} values" if most else "a list of values"
     return "a value that it can take"
 

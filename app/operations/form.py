@@ -57,8 +57,11 @@ def controls(
     *,
     names: Collection[str] = (),
     suggestions: Mapping[str, Sequence[str]] | None = None,
+    options: Mapping[str, Sequence[str]] | None = None,
 ) -> list[Control]:
     """The controls of an operation's fields, in their order; `names`: of these alone.
+
+    `suggestions` are texts that a field may have, `options` all that it can have.
 
     A field that only some variants have says so in `methods`, which `static/plan.js` reads.
     """
@@ -69,6 +72,8 @@ def controls(
                 continue
             given = (values or {}).get(name)
             control = _control(name, field, given, (suggestions or {}).get(name, ()))
+            if name in (options or {}):
+                control = replace(control, kind="select", choices=tuple((options or {})[name]))
             methods = by_control.setdefault(control, [])
             if operation.variants:
                 methods.append(str(request.model_fields["method"].default))
@@ -177,7 +182,10 @@ def read_form(
         fields = operation.request.model_fields
         raise RequestError(
             [
-                Fault(name, f"{name} is missing; expected {expectation(fields[name])}")
+                Fault(
+                    name,
+                    f"{name} is missing; expected {expectation(fields[name], needed=True)}",
+                )
                 for name in missing
             ]
         )

@@ -57,7 +57,10 @@ def diagnoses(
         campaign=campaign,
         unknown=unknown,
         controls=controls(
-            DIAGNOSE, request.query_params, names=_FIELDS, suggestions={"campaign": campaigns}
+            DIAGNOSE,
+            {**request.query_params, "campaign": campaign or next(iter(campaigns), "")},
+            names=_FIELDS,
+            options={"campaign": campaigns},
         ),
         opened=any(request.query_params.get(name) for name in _DETAILS),
         details=controls(DIAGNOSE, request.query_params, names=_DETAILS),

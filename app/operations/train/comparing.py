@@ -145,6 +145,11 @@ def versions_named(
         named = list({version.name: version for version in reversed(newest_first)}.values())
     if len(named) < 2:
         labels = [version.label for version in named]
+        if names:
+            raise ValueError(
+                f"a comparison needs two models, and {', '.join(labels)} alone is named; choose "
+                "two or more of one dataset and split: MODEL or MODEL@VERSION"
+            )
         raise ValueError(
             f"a comparison needs two models of split {usual!r}, and there is "
             f"{', '.join(labels) or 'none'}; train another one on the same dataset, or name two: "

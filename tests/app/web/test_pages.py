@@ -261,6 +261,22 @@ def test_a_fault_of_a_search_stands_at_its_field(filled: Lab, form, field, words
     assert fault["field"] == field and words in fault["message"]
 
 
+@pytest.mark.parametrize("address", ["/diagnoses", "/plans/new", "/tune"])
+def test_forms_with_files_send_the_files_and_not_their_names(filled: Lab, address: str) -> None:
+    text = filled.client.get(address).text
+    forms = [part for part in text.split("<form ")[1:] if 'type="file"' in part.split("</form>")[0]]
+    assert forms
+    for form in forms:
+        assert 'enctype="multipart/form-data"' in form.split(">")[0]
+
+
+def test_the_campaign_of_a_diagnosis_is_chosen_from_a_list(filled: Lab) -> None:
+    form = filled.client.get("/diagnoses").text.split('id="diagnose"')[1].split("</form>")[0]
+    assert '<select id="campaign"' in form and '<option value="">' not in form
+    named = filled.client.get(f"/diagnoses?campaign={GUN}").text.split('id="diagnose"')[1]
+    assert f"<option selected>{GUN}</option>" in named.split("</select>")[0]
+
+
 def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
     form = filled.client.get(
         "/tune", params={"text": SPECIFICATION, "campaign": GUN, "contact": "gp@<9>"}
