@@ -11,6 +11,9 @@ document.addEventListener("DOMContentLoaded", () => {
     form.querySelectorAll(".field-error").forEach((message) => message.remove());
     form.querySelectorAll("[aria-invalid]").forEach(restore);
   };
+  const unfold = (control) => {
+    for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+  };
   // What is said of a value goes with the value; a file "NAME.file" stands in for the text NAME.
   const changed = (form, name) => [...form.querySelectorAll("[aria-invalid]")].filter((control) => control.name === name.replace(/\.file$/, ""))
     .forEach((control) => {
@@ -30,7 +33,7 @@ document.addEventListener("DOMContentLoaded", () => {
       // a checkbox has a hidden control of its name before it
       const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden") : named;
       if (!control || control.type === "hidden") { form.prepend(message(`${form.id || "form"}-error-${place}`, text)); return; }
-      for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+      unfold(control);
       const line = message(`${control.id || field}-error`, text);
       (control.closest(".field") || control.parentElement).append(line);
       const before = control.getAttribute("aria-describedby") || "";
@@ -60,6 +63,8 @@ document.addEventListener("DOMContentLoaded", () => {
       request.onloadend = () => { if (bar) bar.hidden = true; };
       request.send(data);
     });
+  // The browser says of a value itself that it is outside of its limits, but not within what is folded: the form would stay silent.
+  document.querySelectorAll("form").forEach((form) => form.addEventListener("invalid", (event) => unfold(event.target), true));
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("input", (event) => changed(form, event.target.name || "")));
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
