@@ -30,8 +30,8 @@ document.addEventListener("DOMContentLoaded", () => {
     clear(form);
     faults.forEach(({ field, message: text }, place) => {
       const named = field ? form.elements.namedItem(field) : null;
-      // a checkbox has a hidden control of its name before it
-      const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden") : named;
+      // a checkbox has a hidden control of its name before it; those of other methods are disabled
+      const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden" && !each.disabled) : named;
       if (!control || control.type === "hidden") { form.prepend(message(`${form.id || "form"}-error-${place}`, text)); return; }
       unfold(control);
       const line = message(`${control.id || field}-error`, text);
@@ -105,6 +105,7 @@ document.addEventListener("DOMContentLoaded", async () => {
   const values = await answer.json(), form = document.getElementById(values.form);
   if (!form) return;
   const fill = (control, texts) => {
+    if (control.disabled) return; // another method has a control of this name, of other choices
     const before = control.type === "checkbox" ? control.checked : control.value;
     if (control.type === "checkbox") control.checked = texts.includes(control.value);
     else control.value = texts.join(",");

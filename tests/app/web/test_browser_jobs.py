@@ -170,7 +170,7 @@ def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh
         refilled(page, fresh, KINDS["plan"], wanted)
         assert page.url.split("?")[1].startswith("again=")
         typed = {
-            name: page.input_value(f"#{name}")
+            name: page.locator(f"[name='{name}']:enabled").input_value()
             for name in ("name", "method", "runs", "repetitions", "seed")
         }
         assert typed == {
@@ -181,7 +181,8 @@ def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh
             "seed": "7",
         }
         assert page.input_value("#factors") == factors and page.locator("#factors").is_visible()
-        assert page.locator("[name='lhs.criterion']").input_value() == "maximin"
+        assert page.input_value("#criterion-lhs") == "maximin"
+        assert page.input_value("#criterion-optimal") == "D"  # its own default, of other choices
         assert page.input_value("#description") == "cold hall"
 
 
