@@ -57,7 +57,7 @@ def diagnoses(
         campaign=campaign,
         unknown=unknown,
         controls=controls(
-            DIAGNOSE, request.query_params, names=_FIELDS, suggestions={"campaign": campaigns}
+            DIAGNOSE, request.query_params, names=_FIELDS, choices={"campaign": campaigns}
         ),
         opened=any(request.query_params.get(name) for name in _DETAILS),
         details=controls(DIAGNOSE, request.query_params, names=_DETAILS),
