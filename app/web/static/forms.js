@@ -51,7 +51,7 @@ document.addEventListener("DOMContentLoaded", () => {
     setTimeout(() => empty.forEach((control) => { control.disabled = false; }), 0);
   }));
   // `fetch` does not tell how much of an upload has left; the progress bar of a form with files shows it.
-  const send = (form, address, headers, data) => form.enctype !== "multipart/form-data"
+  const send = (form, address, headers, data) => form.enctype !== "multipart/form-data" && !form.querySelector("input[type=file]")
     ? fetch(address, { method: "POST", headers, body: new URLSearchParams(data) })
     : new Promise((resolve, reject) => {
       const request = new XMLHttpRequest(), bar = form.querySelector("progress");
