@@ -165,7 +165,8 @@ def _fault(item: Any, request: type[Request]) -> Fault:
     field = request.model_fields.get(name)
     kind, value = item["type"], item.get("input")
     if kind in ("value_error", "assertion_error"):
-        return Fault(name, str(item["ctx"]["error"]))
+        problem = item["ctx"]["error"]
+        return Fault(name or getattr(problem, "field", ""), str(problem))
     if kind == "missing":
         return Fault(name, f"{name} is missing; expected {expectation(field, needed=True)}")
     if kind == "extra_forbidden":

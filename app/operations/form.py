@@ -57,11 +57,12 @@ def controls(
     *,
     names: Collection[str] = (),
     suggestions: Mapping[str, Sequence[str]] | None = None,
-    options: Mapping[str, Sequence[str]] | None = None,
+    choices: Mapping[str, Sequence[str]] | None = None,
 ) -> list[Control]:
     """The controls of an operation's fields, in their order; `names`: of these alone.
 
-    `suggestions` are texts that a field may have, `options` all that it can have.
+    `suggestions` of a field are offered beside what is typed; where `choices` are all that it can
+    be, it is a select.
 
     A field that only some variants have says so in `methods`, which `static/plan.js` reads.
     """
@@ -72,8 +73,8 @@ def controls(
                 continue
             given = (values or {}).get(name)
             control = _control(name, field, given, (suggestions or {}).get(name, ()))
-            if name in (options or {}):
-                control = replace(control, kind="select", choices=tuple((options or {})[name]))
+            if choices and name in choices:
+                control = replace(control, kind="select", choices=tuple(choices[name]), limits=())
             methods = by_control.setdefault(control, [])
             if operation.variants:
                 methods.append(str(request.model_fields["method"].default))

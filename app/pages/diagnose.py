@@ -60,7 +60,7 @@ def diagnoses(
             DIAGNOSE,
             {**request.query_params, "campaign": campaign or next(iter(campaigns), "")},
             names=_FIELDS,
-            options={"campaign": campaigns},
+            choices={"campaign": campaigns},
         ),
         opened=any(request.query_params.get(name) for name in _DETAILS),
         details=controls(DIAGNOSE, request.query_params, names=_DETAILS),

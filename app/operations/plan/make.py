@@ -18,6 +18,7 @@ from ....doe.space import space_from_form
 from ....files.toml_text import read_toml_text
 from ....schema.campaigns import Plan
 from ...common.plan_tables import write_table
+from ..faults import FieldError
 from ..fields import Presentation, Seed, TextFile, pairs, request_field, text_file
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Output, Progress, Request
@@ -153,8 +154,10 @@ class OrderedPlanning(Planning):
     @model_validator(mode="after")
     def _blocks_in_order(self) -> OrderedPlanning:
         if self.order == "random" and self.blocks > 1:
-            raise ValueError(
-                f"blocks is {self.blocks} in random order; expected 1, or the order of a split plot"
+            raise FieldError(
+                "blocks",
+                f"blocks is {self.blocks} in random order; expected 1, or the order of a split "
+                "plot",
             )
         return self
 

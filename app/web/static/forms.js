@@ -11,6 +11,9 @@ document.addEventListener("DOMContentLoaded", () => {
     form.querySelectorAll(".field-error").forEach((message) => message.remove());
     form.querySelectorAll("[aria-invalid]").forEach(restore);
   };
+  const unfold = (control) => {
+    for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+  };
   // What is said of a value goes with the value; a file "NAME.file" stands in for the text NAME.
   const changed = (form, name) => [...form.querySelectorAll("[aria-invalid]")].filter((control) => control.name === name.replace(/\.file$/, ""))
     .forEach((control) => {
@@ -27,10 +30,10 @@ document.addEventListener("DOMContentLoaded", () => {
     clear(form);
     faults.forEach(({ field, message: text }, place) => {
       const named = field ? form.elements.namedItem(field) : null;
-      // a checkbox has a hidden control of its name before it
-      const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden") : named;
+      // a checkbox has a hidden control of its name before it; those of other methods are disabled
+      const control = named instanceof RadioNodeList ? [...named].find((each) => each.type !== "hidden" && !each.disabled) : named;
       if (!control || control.type === "hidden") { form.prepend(message(`${form.id || "form"}-error-${place}`, text)); return; }
-      for (let box = control.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+      unfold(control);
       const line = message(`${control.id || field}-error`, text);
       (control.closest(".field") || control.parentElement).append(line);
       const before = control.getAttribute("aria-describedby") || "";
@@ -48,7 +51,7 @@ document.addEventListener("DOMContentLoaded", () => {
     setTimeout(() => empty.forEach((control) => { control.disabled = false; }), 0);
   }));
   // `fetch` does not tell how much of an upload has left; the progress bar of a form with files shows it.
-  const send = (form, address, headers, data) => form.enctype !== "multipart/form-data"
+  const send = (form, address, headers, data) => form.enctype !== "multipart/form-data" && !form.querySelector("input[type=file]")
     ? fetch(address, { method: "POST", headers, body: new URLSearchParams(data) })
     : new Promise((resolve, reject) => {
       const request = new XMLHttpRequest(), bar = form.querySelector("progress");
@@ -60,6 +63,8 @@ document.addEventListener("DOMContentLoaded", () => {
       request.onloadend = () => { if (bar) bar.hidden = true; };
       request.send(data);
     });
+  // The browser says of a value itself that it is outside of its limits, but not within what is folded: the form would stay silent.
+  document.querySelectorAll("form").forEach((form) => form.addEventListener("invalid", (event) => unfold(event.target), true));
   const busy = (form, on) => form.querySelectorAll("button").forEach((button) => { button.disabled = on; });
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("input", (event) => changed(form, event.target.name || "")));
   document.querySelectorAll('form[method="post"]').forEach((form) => form.addEventListener("submit", async (event) => {
@@ -100,6 +105,7 @@ document.addEventListener("DOMContentLoaded", async () => {
   const values = await answer.json(), form = document.getElementById(values.form);
   if (!form) return;
   const fill = (control, texts) => {
+    if (control.disabled) return; // another method has a control of this name, of other choices
     const before = control.type === "checkbox" ? control.checked : control.value;
     if (control.type === "checkbox") control.checked = texts.includes(control.value);
     else control.value = texts.join(",");

@@ -227,15 +227,25 @@ def test_wrong_input_stands_at_its_field_and_nothing_typed_is_lost(browser, lab,
     with page_of(browser, lab) as page:
         at(page, "/ingest")
         page.click("#by-path summary")
-        page.fill("#path-threshold", "much")
+        page.fill("#path-threshold", "9")
         page.fill("#path", str(tmp_path / "elsewhere"))
+        page.click("#by-path summary")
         page.press("#path", "Enter")
-        assert "'much' is no number" in error_at(page, "#path-threshold")
+        page.wait_for_selector("#path-threshold:focus")  # the browser says it there
+        assert "0.5" in page.locator("#path-threshold").evaluate(
+            "control => control.validationMessage"
+        )
         page.fill("#path-threshold", "0.01")
-        page.press("#path-threshold", "Enter")
+        page.fill("#path-separation_s", "much")
+        page.press("#path", "Enter")
+        assert "separation_s is 'much'" in error_at(page, "#path-separation_s")
+        page.fill("#path-separation_s", "50ms")
+        page.press("#path-separation_s", "Enter")
+        page.wait_for_selector("#path-separation_s:not([aria-invalid])")
         assert "no campaign folder" in error_at(page, "#path")
         assert page.input_value("#path") == str(tmp_path / "elsewhere")
         assert page.input_value("#path-threshold") == "0.01"
+        assert page.input_value("#path-separation_s") == "50ms"
         page.click(f"#upload {CHECK}")
         assert "no file was sent" in error_at(page, "#upload-folder")
     with lab.reading() as session:
@@ -248,7 +258,7 @@ def test_blank_reason_is_refused_at_its_field(browser, lab, page_name, field):
         at(page, f"/campaigns/first-shots/{page_name}")
         page.fill(field, "   ")
         page.click("#removal button")
-        assert "The reason is empty" in error_at(page, field) and page.input_value(field) == "   "
+        assert "reason is missing" in error_at(page, field) and page.input_value(field) == "   "
     assert stored(lab, "first-shots") == (0, 0)
 
 

@@ -68,14 +68,14 @@ def test_page_shows_stages_causes_residuals_and_shrinkage(browser, lab):
 def test_ticked_effects_are_diagnosed_alone(browser, lab):
     with page_of(browser, lab) as page:
         at(page, f"/diagnoses/{KEPT}")
-        page.check('#what-if input[name="with"][value="gun.valve_flow"]')
+        page.check('#what-if input[name="with_effects"][value="gun.valve_flow"]')
         page.focus("#what-if button")
         page.keyboard.press("Enter")
         job = ended(page, 300)
         assert (job["state"], job["error"]) == ("done", None)
         page.click("#job-result")
         assert "considers only gun.valve_flow (--with)" in page.inner_text("#restriction")
-        assert page.is_checked('#what-if input[name="with"][value="gun.valve_flow"]')
+        assert page.is_checked('#what-if input[name="with_effects"][value="gun.valve_flow"]')
         assert page.locator("#what-if input:checked").count() == 1
 
 
@@ -118,7 +118,7 @@ def test_reports_are_one_file_each(browser, lab, of):
         html = page.request.get(f"/reports/{of}.html").text()
         assert (
             re.findall(
-                r"""(?:src|href)\s*=\s*["'](?!#|data:)[^"']*|@import|url\((?!["']?data:)[^)]*""",
+                r"""(?:src|href)\s*=\s*["'](?!#|data:)[^"']*|@import|url\((?!["']?(?:data:|#))[^)]*""",
                 html,
             )
             == []

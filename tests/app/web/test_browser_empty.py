@@ -31,6 +31,7 @@ NEXT_STEPS = {
     "/models/train": ("There is no dataset yet. Build one", "/datasets"),
     "/plans": ("There is no plan yet.", "/plans/new"),
     "/plans/new": ("Make a plan", "/plans/new?kind=hammer"),
+    "/sign-in": ("This server needs no token. Go to its first page.", "/"),
     "/shots": ("The store has no shots of a gun yet. Ingest a campaign", "/ingest"),
     "/tune": ("There is no campaign of a gun yet: ingest one", "/ingest"),
     "/twin": ("Ingest a campaign to compare the bands with measured shots.", "/ingest"),

@@ -168,9 +168,11 @@ def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh
     )
     with page_of(browser, fresh) as page:
         refilled(page, fresh, KINDS["plan"], wanted)
-        assert page.url.split("?")[1].startswith("again=")
+        # the factors that the page shows are those of the job's kind
+        query = [part.split("=")[0] for part in page.url.split("?")[1].split("&")]
+        assert query == ["kind", "again"] and "kind=hammer" in page.url
         typed = {
-            name: page.input_value(f"#{name}")
+            name: page.locator(f"[name='{name}']:enabled").input_value()
             for name in ("name", "method", "runs", "repetitions", "seed")
         }
         assert typed == {
@@ -181,7 +183,8 @@ def test_form_of_a_plan_is_filled_with_its_long_texts_and_options(browser, fresh
             "seed": "7",
         }
         assert page.input_value("#factors") == factors and page.locator("#factors").is_visible()
-        assert page.locator("[name='lhs.criterion']").input_value() == "maximin"
+        assert page.input_value("#criterion-lhs") == "maximin"
+        assert page.input_value("#criterion-optimal") == "D"  # its own default, of other choices
         assert page.input_value("#description") == "cold hall"
 
 

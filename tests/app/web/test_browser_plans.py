@@ -26,29 +26,29 @@ def test_design_is_made_and_judged(browser, lab):
         page.click("#new-plan")
         assert "aluminum, steel" in page.inner_text("#factors-shown")
         assert (
-            page.is_visible("#runs")
-            and not page.is_visible("#table")
-            and not page.is_visible("[id='optimal.degree']")
+            page.is_visible("#runs-lhs")
+            and not page.is_visible("#table-import")
+            and page.locator("#degree-optimal").is_hidden()
         )
         page.select_option("#method", "import")
         assert (
-            page.is_visible("#table")
-            and not page.is_visible("#runs")
-            and not page.is_visible("#blocks")
+            page.is_visible("#table-import")
+            and not page.is_visible("#runs-lhs")
+            and not page.is_visible("#blocks-lhs")
         )
         page.fill("#name", "autumn")
         page.click("#make button")
-        page.locator("#table-error").wait_for()
+        page.locator("#table-import-error").wait_for()
         page.select_option("#method", "lhs")
-        page.select_option("#order", "random")
-        page.fill("#blocks", "2")
+        page.select_option("#order-lhs", "random")
+        page.fill("#blocks-lhs", "2")
         page.click("#make button")
-        page.locator("#blocks-error").wait_for()
+        page.locator("#blocks-lhs-error").wait_for()
         assert page.input_value("#name") == "autumn"
-        page.select_option("#order", "split-plot")
+        page.select_option("#order-lhs", "split-plot")
         for name, value in (
             ("name", "autumn"),
-            ("runs", "20"),
+            ("runs-lhs", "20"),
             ("repetitions", "2"),
             ("seed", "3"),
         ):
@@ -224,7 +224,7 @@ def test_import_of_a_bad_table_makes_no_plan(browser, lab):
         at(page, "/plans/new?kind=hammer")
         page.fill("#name", "broken")
         page.select_option("#method", "import")
-        page.fill("#table", "tip_material,unheard_of\nsteel,1\n")
+        page.fill("#table-import", "tip_material,unheard_of\nsteel,1\n")
         page.click("#make button")
         assert ended(page)["state"] == "failed" and "unheard_of" in page.inner_text("#job-error")
     with pytest.raises(UnknownPlanError):

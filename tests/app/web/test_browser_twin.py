@@ -199,11 +199,28 @@ def test_wrong_values_of_a_search_stand_at_their_fields(browser, lab, field, val
     with page_of(browser, lab) as page:
         at(page, "/tune?campaign=first-shots")
         page.fill("#target", table)
+        page.click("#further summary")
         page.fill(f"#{field}", value)
+        page.click("#further summary")  # what is wrong must be seen where it is folded, too
+        if field in ("at_least", "seed"):
+            _refused_by_the_browser(page, field)
+            page.evaluate("document.getElementById('tune').noValidate = true")
         page.click("#begin-search")
         page.wait_for_selector(f"#{field}-error")
         assert words in page.inner_text(f"#{field}-error")
         assert page.input_value(f"#{field}") == value and page.input_value("#target") == table
+
+
+def _refused_by_the_browser(page: Any, field: str) -> None:
+    """The browser says it at the field, which it shows, and sends nothing."""
+    sent = []
+    page.on("request", lambda request: sent.append(request.url))
+    page.click("#begin-search")
+    page.wait_for_selector(f"#{field}:focus")
+    assert "less than or equal to" in page.locator(f"#{field}").evaluate(
+        "control => control.validationMessage"
+    )
+    assert not [url for url in sent if url.endswith("/tune")]
 
 
 def test_what_was_said_of_a_missing_specification_goes_when_there_is_one(browser, lab):

@@ -277,6 +277,16 @@ def test_the_campaign_of_a_diagnosis_is_chosen_from_a_list(filled: Lab) -> None:
     assert f"<option selected>{GUN}</option>" in named.split("</select>")[0]
 
 
+def test_what_two_fields_of_a_plan_contradict_stands_at_one_of_them(filled: Lab) -> None:
+    page = filled.client.get("/plans/new").text
+    sent = {"name": "x", "method": "lhs", "order": "random", "blocks": "2"}
+    sent["csrf"] = page.split('name="csrf" value="')[1].split('"')[0]
+    answer = filled.client.post("/plans", data=sent, headers={"X-Pyroshock-Form": "1"})
+    (fault,) = answer.json()["faults"]
+    assert answer.status_code == 422
+    assert fault["field"] == "blocks" and "blocks is 2 in random order" in fault["message"]
+
+
 def test_forms_are_filled_with_the_values_of_their_address(filled: Lab) -> None:
     form = filled.client.get(
         "/tune", params={"text": SPECIFICATION, "campaign": GUN, "contact": "gp@<9>"}

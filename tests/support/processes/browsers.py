@@ -120,8 +120,8 @@ class Watch:
 
     def _answered(self, response: Any) -> None:
         faults = (
-            response.status == 422 and "x-pyroshock-form" in response.request.headers
-        )  # the form shows them
+            response.status in (404, 422) and "x-pyroshock-form" in response.request.headers
+        )  # the form shows them; 404 is of a name that the store does not have
         if response.status >= 400 and not faults and not response.request.is_navigation_request():
             self.found.append(f"{response.status}: {response.url}")
 
