@@ -16,12 +16,10 @@ from .figure import (
     BarSeries,
     BoxSeries,
     Direction,
-    Figure,
     HeatMap,
     LineSeries,
     Plot,
     PlotAxis,
-    PlotGrid,
     PlotSeries,
     PointSeries,
     StepSeries,
@@ -46,11 +44,6 @@ def figure_data(plot: Plot) -> FigureData:
         "cursor": plot.cursor,
         "height": plot.height,
     }
-
-
-def plots_of(figure: Figure) -> Sequence[Plot]:
-    """A figure as plots, which a page shows beside each other."""
-    return tuple(figure.plots()) if isinstance(figure, PlotGrid) else (figure,)
 
 
 def short_numbers(values: ArrayLike, digits: int = 6) -> list[float | None]:

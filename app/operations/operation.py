@@ -7,6 +7,7 @@ the command, the JSON route, the form, the job and the Python method of each ope
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -88,7 +89,7 @@ class NegativeAnswerError(ValueError):
     """The answer is no, and there is nothing to show: exit code 1 on the command line."""
 
 
-class Result:
+class Result(ABC):
     """An answer. Its sentences, tables, figures and JSON are made from its fields, and from nothing
     else."""
 
@@ -132,9 +133,9 @@ class Result:
 
         write_figure(self.figures()[0], path)
 
+    @abstractmethod
     def to_json(self) -> Any:
         """The answer for other programs: SI numbers, units in the keys."""
-        raise NotImplementedError
 
     def to_network_json(self) -> Any:
         """What the JSON route answers; mostly the same."""

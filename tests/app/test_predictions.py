@@ -12,7 +12,6 @@ import pytest
 from pyroshock.app.common.quantities import shown_in
 from pyroshock.app.operations.predict.controls import sliders
 from pyroshock.app.operations.predict.figures import prediction_figure
-from pyroshock.app.operations.predict.predicting import predicted_json
 from pyroshock.app.operations.predict.request import ShotRequest
 from pyroshock.app.operations.predict.tables import quantity_rows
 from pyroshock.app.operations.predict.validity import (
@@ -37,6 +36,7 @@ from pyroshock.twin.contact_interface import Extrapolation, OutOfDomain
 from pyroshock.twin.gun.stage import GunStage
 from pyroshock.twin.prediction import RestsOn
 from pyroshock.twin.setting import THESIS
+from support.records.predicted_shots import predicted_json
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import BENCH, HalfSine, setting
 

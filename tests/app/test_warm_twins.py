@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.app.operations.predict.predicting import predicted_json
 from pyroshock.app.operations.predict.request import ShotRequest
 from pyroshock.app.twins import twin_cache as twin_stamps
 from pyroshock.app.twins import twin_cache as warm_twins
@@ -26,6 +25,7 @@ from pyroshock.training.registry.records import DatasetName
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
 from support.records import verdicts
+from support.records.predicted_shots import predicted_json
 from support.stores.stores import opened
 
 FEW = (200.0, 400.0, 800.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
 from pydantic import Field, ValidationInfo, model_validator
@@ -29,9 +29,6 @@ from ..operation import (
 from ..upload_folders import is_scratch
 from .removed import DryRunnable, Reason, RemovedPart, removal_row
 from .request import NamedCampaign
-
-if TYPE_CHECKING:
-    pass
 
 _SHOWN = {"form": "It changes nothing; a page shows it."}
 

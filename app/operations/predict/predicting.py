@@ -26,19 +26,11 @@ def predict_shot(
     return built.twin.predict(shot.setting(built), draws=draws, rng=np.random.default_rng(seed))
 
 
-def predicted_json(
-    built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0
-) -> dict[str, Any]:
-    """The JSON of `pyroshock predict`. Raises as `predict_shot`."""
-    return prediction_json(built, predict_shot(built, shot, draws=draws, seed=seed))
-
-
 def prediction_json(built: BuiltTwin, prediction: Prediction) -> dict[str, Any]:
-    """The same of a prediction that is there, with the twin's notes and the warnings in sentences.
+    """The JSON of a prediction, with the twin's notes and the warnings in sentences.
 
     The command, the page and the API show what stands here; a value that is not known is null.
     """
-
     plain = finite(prediction.as_json())
     assert isinstance(plain, dict)
     warnings = list(map(str, warning_sentences(prediction)))

@@ -29,8 +29,8 @@ def test_two_models_are_compared_on_pulses_in_common(browser, lab):
         assert page.locator("#differences tbody tr").count() == len(found["linear@1"]["metrics"])
         best = min(heads, key=lambda label: found[label]["metrics"]["force_nrmse"]["mean"])
         assert page.locator("#sentences li").first.inner_text().endswith("was trained.")
-        told = page.locator("#sentences li:has-text('in the force error on')").first.inner_text()
-        assert told.startswith(f"{best} ")
+        on_force = page.locator("#sentences li:has-text('in the force error on')").first
+        assert on_force.inner_text().startswith(f"{best} ")
         (trace,) = drawn(page, "differences-1")
         (place,) = trace["y"]
         categories = "document.querySelector('#differences-1 .plot').chart.figure.y.categories"

@@ -48,8 +48,9 @@ class SentencePage(HTMLParser):
             self.data.append(attributes.get("aria-label") or "")
 
     def handle_endtag(self, tag: str) -> None:
-        while self._open and self._open.pop()[0] != tag:
-            pass
+        tags = [name for name, _, _ in self._open]
+        if tag in tags:  # what was left open within it ends with it
+            del self._open[len(tags) - 1 - tags[::-1].index(tag) :]
 
     def handle_data(self, data: str) -> None:
         if not self._open:
@@ -67,9 +68,9 @@ def unsupported(text: str, ids: tuple[str, ...], constants: tuple[str, ...]) -> 
     assert page.sentences, f"no element has an id of {ids}"
     shown = set(_numbers(" ".join(page.data))) | set(constants)
     return {
-        number: " ".join(said.split())
-        for said in page.sentences
-        for number in _numbers(said)
+        number: " ".join(sentence.split())
+        for sentence in page.sentences
+        for number in _numbers(sentence)
         if number not in shown
     }
 

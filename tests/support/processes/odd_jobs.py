@@ -41,16 +41,16 @@ class Odd:
         return ask(store, self.kind(), f"odd {word}", OddArguments(word), host)
 
     def _done(self, work: RunningJob, arguments: OddArguments) -> Ending:
-        found = self.do(work, arguments.word) or JobResult("/")
-        return found if callable(found) else lambda: found
+        ending = self.do(work, arguments.word) or JobResult("/")
+        return ending if callable(ending) else lambda: ending
 
 
 @pytest.fixture
 def odd(monkeypatch: pytest.MonkeyPatch) -> Odd:
     """The kind `odd` beside the others, for as long as the test runs."""
-    found = Odd()
-    monkeypatch.setitem(known_kinds.KINDS, "odd", found.kind())  # a dict, declared as a mapping
-    return found
+    odd_jobs = Odd()
+    monkeypatch.setitem(known_kinds.KINDS, "odd", odd_jobs.kind())  # a dict, declared as a mapping
+    return odd_jobs
 
 
 def hand(name: str = "a", lease_s: float = LEASE_S, host: str | None = None) -> WorkerIdentity:
