@@ -57,7 +57,8 @@ def test_every_plot_is_plain_json_with_the_ends_of_its_axes(plot):
 def test_every_figure_is_drawn_by_matplotlib(figure):
     drawn = matplotlib_figure(figure)
     shown = [axes for axes in drawn.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
-    assert len(shown) == len(figure.plots() if isinstance(figure, PlotGrid) else (figure,))
+    plots = list(figure.plots()) if isinstance(figure, PlotGrid) else [figure]
+    assert len(shown) == len(plots)
     assert png(figure).startswith(b"\x89PNG")
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import os
 import signal
+import sqlite3
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -63,6 +65,22 @@ def begun(store: Store, key: int, url: str, folder: Path) -> subprocess.Popen[st
     return worker
 
 
+def put_to_sleep(worker: subprocess.Popen[str], file: Path) -> None:
+    """Stop a worker between two transactions: a process that sleeps within one keeps SQLite's lock,
+    and nobody else can write."""
+    while True:
+        worker.send_signal(signal.SIGSTOP)
+        with closing(sqlite3.connect(file, timeout=0.2, isolation_level=None)) as connection:
+            try:
+                connection.execute("BEGIN IMMEDIATE")
+            except sqlite3.OperationalError:  # it sleeps within a transaction: try a moment later
+                worker.send_signal(signal.SIGCONT)
+                time.sleep(0.01)
+            else:
+                connection.execute("ROLLBACK")
+                return
+
+
 def test_a_killed_workers_ingest_is_finished_by_the_next(tmp_path: Path, sqlite_url: str) -> None:
     folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
     ingested(undisturbed := f"sqlite:///{tmp_path / 'undisturbed.db'}", folder)
@@ -105,7 +123,7 @@ def test_a_worker_that_slept_through_its_lease_changes_nothing(
         key = asked_ingest(store, folder)
         worker = begun(store, key, sqlite_url, folder)
         try:
-            worker.send_signal(signal.SIGSTOP)
+            put_to_sleep(worker, tmp_path / "pyroshock.db")
             run_pyroshock(
                 "work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent
             )
@@ -154,11 +172,11 @@ def test_workers_killed_at_any_moment_leave_every_effect_once(
                 "work", "--db", database_url, "--lease", "1s", "--data", folder.parent
             )
             time.sleep(moment)
+            # a third death of one job would be its last: that one may end
+            until(lambda: not any(job.attempt >= 3 and not job.ended for job in list_jobs(store)))
             deaths += worker.poll() is None
             os.kill(worker.pid, signal.SIGKILL)
             worker.communicate()
-            if any(job.attempt >= 3 and not job.ended for job in list_jobs(store)):
-                break
         last = start_cli(
             "work", "--db", database_url, "--once", "--lease", "1s", "--data", folder.parent
         )
