@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from ..operations.fields import Presentation, request_field
+from ..operations.fields import Presentation, request_field, row_limit
 from ..operations.laboratory import Laboratory
 from ..operations.operation import FormPage, Operation, Outcome, Progress, Request, Result, Rows
 
@@ -24,8 +24,9 @@ _Number = Annotated[int, Field(ge=1, le=2**31 - 1)]
 class JobListing(Request):
     """Which jobs are listed."""
 
-    limit: _Number | None = request_field(
+    limit: row_limit(_USUAL_PAGE, _LONGEST_PAGE) = request_field(  # type: ignore[valid-type]
         None,
+        validate_default=True,
         help="List at most this number of jobs, the newest first. [default: 20, over a network "
         "200]",
         presentation=Presentation(option="last"),
@@ -33,16 +34,6 @@ class JobListing(Request):
     before: _Number | None = request_field(
         None, help="List the jobs older than the one with this number."
     )
-
-    def count(self, laboratory: Laboratory) -> int:
-        """How many jobs are listed. Raises `ValueError` for more than a network gets."""
-        if laboratory.folders is None:
-            return self.limit or _USUAL
-        if (self.limit or 0) > _LONGEST_PAGE:
-            raise ValueError(
-                f"limit is {self.limit}; expected a whole number from 1 to {_LONGEST_PAGE}"
-            )
-        return self.limit or _USUAL_PAGE
 
 
 class JobRows(Rows):
@@ -64,7 +55,7 @@ class JobRows(Rows):
 def _list(request: JobListing, laboratory: Laboratory, _: Progress) -> JobRows:
     from .queue import list_jobs
 
-    jobs = list_jobs(laboratory.store, request.count(laboratory), request.before)
+    jobs = list_jobs(laboratory.store, request.limit or _USUAL, request.before)
     return JobRows([job.as_json() for job in jobs], "no jobs")
 
 

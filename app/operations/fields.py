@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -373,6 +374,23 @@ def pairs(
 def spelling_of(field: FieldInfo) -> Spelling | None:
     """How the values of a field of pairs are written; None: as usual."""
     return next((entry for entry in _metadata(field) if isinstance(entry, Spelling)), None)
+
+
+def row_limit(usual: int, most: int) -> Any:
+    """How many rows are answered, or None for all; over a network `most` at the most, and `usual`
+    where nobody says. The field validates its default."""
+
+    def of_network(limit: int | None, info: ValidationInfo) -> int | None:
+        if source_of(info) != "network":
+            return limit
+        if limit is not None and limit > most:
+            raise ValueError(
+                f"{info.field_name} is {limit}; expected a whole number from 1 to {most} over a "
+                "network"
+            )
+        return limit or usual
+
+    return Annotated[Annotated[int, Field(ge=1)] | None, AfterValidator(of_network)]
 
 
 #: Seeds of every generator of random numbers here.

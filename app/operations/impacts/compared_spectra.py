@@ -11,7 +11,6 @@ from ..fields import Keys, Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result, ResultTable
 from .recording_spectrum import SIDES, SpectrumChoice
-from .showing import write_first_figure
 
 if TYPE_CHECKING:
     from ...figures.figure import Figure
@@ -99,6 +98,8 @@ one.""",
     example="pyroshock impacts spectra 1 2 --plot spectra.png",
     command=("impacts", "spectra"),
     route=("GET", "/spectra"),
-    outputs=(Output("plot", "Draw the spectra into FILE (.png, .svg, .pdf).", write_first_figure),),
+    outputs=(
+        Output("plot", "Draw the spectra into FILE (.png, .svg, .pdf).", Result.write_figure),
+    ),
     absent={"form": "It changes nothing; a page of its own draws it."},
 )

@@ -6,11 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import Field, ValidationInfo, field_validator
-
-from ..fields import Key, Presentation, Texts, request_field, source_of
+from ..fields import Key, Presentation, Texts, request_field, row_limit
 from ..laboratory import Laboratory
 from ..operation import Operation, Progress, Request, Rows
 
@@ -53,23 +51,12 @@ class SelectedRows(Selection):
     after: Key | None = request_field(
         None, help="Begin behind the row with this `id`, the last one of the page before."
     )
-    limit: Annotated[int, Field(ge=1)] | None = request_field(
+    limit: row_limit(_USUAL_ROWS, _MOST_ROWS) = request_field(  # type: ignore[valid-type]
         None,
         validate_default=True,
         help="List at most this number of rows. [default: all; over the network, 100 of at most "
         "2000]",
     )
-
-    @field_validator("limit")
-    @classmethod
-    def _is_a_page(cls, limit: int | None, info: ValidationInfo) -> int | None:
-        if source_of(info) != "network":
-            return limit
-        if limit is not None and limit > _MOST_ROWS:
-            raise ValueError(
-                f"limit is {limit}; expected a whole number from 1 to {_MOST_ROWS} over the network"
-            )
-        return limit or _USUAL_ROWS
 
     def taken(self, rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
         """As many of these rows as are asked for."""

@@ -15,7 +15,6 @@ from ...common.frames import parse_quantity
 from ..fields import Names, Presentation, Recorded, quantity, request_field, text_file
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, PlainData, Progress, Request, Result, ResultTable
-from .showing import write_first_figure
 
 if TYPE_CHECKING:
     from ....twin.srs.target import Target
@@ -271,7 +270,7 @@ not met.""",
     route=("POST", "/srs/recording"),
     outputs=(
         Output(
-            "plot", "Draw spectrum and record into FILE (.png, .svg, .pdf).", write_first_figure
+            "plot", "Draw spectrum and record into FILE (.png, .svg, .pdf).", Result.write_figure
         ),
         Output(
             "out",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
@@ -85,13 +84,6 @@ def _show(request: NamedImpact, laboratory: Laboratory, _: Progress) -> ShownImp
     return ShownImpact(facts, signals, draw)
 
 
-def write_first_figure(result: Result, path: Path) -> None:
-    """Draw the first picture of a result into a file, in the format that its ending names."""
-    from ...figures.matplotlib_renderer import write_figure
-
-    write_figure(result.figures()[0], path)
-
-
 IMPACT_SHOW: Operation[NamedImpact, ShownImpact] = Operation(
     name="impact-show",
     request=NamedImpact,
@@ -104,7 +96,7 @@ too.""",
     command=("impacts", "show"),
     route=("GET", "/impacts/{impact}"),
     outputs=(
-        Output("plot", "Draw record and pulse into FILE (.png, .svg, .pdf).", write_first_figure),
+        Output("plot", "Draw record and pulse into FILE (.png, .svg, .pdf).", Result.write_figure),
     ),
     absent={"form": "It changes nothing; the page of the impact shows it."},
 )

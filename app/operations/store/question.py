@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ValidationInfo, model_validator
 
-from ..fields import Presentation, quantity, request_field
+from ..fields import Presentation, quantity, request_field, row_limit, source_of
 from ..laboratory import Laboratory
 from ..operation import Batches, Operation, Progress, Request
 
@@ -26,9 +26,13 @@ def _values(texts: Any) -> Any:
     return {str(name).strip(): str(value) for name, value in pairs}
 
 
-def _positive(seconds: float) -> float:
+def _bounded(seconds: float, info: ValidationInfo) -> float:
     if not seconds > 0:
         raise ValueError(f"timeout is {seconds:g} s; expected more than 0s")
+    if source_of(info) == "network" and seconds > LONGEST_S:
+        raise ValueError(
+            f"timeout is {seconds:g} s; expected at most {LONGEST_S:g}s over a network"
+        )
     return seconds
 
 
@@ -47,10 +51,12 @@ class StoreQuestion(Request):
         "The option can be repeated.",
         presentation=Presentation(metavar="NAME VALUE", option="parameter", pair=True, lines=3),
     )
-    limit: Annotated[int, Field(ge=1)] | None = request_field(
-        None, help=f"List at most this number of rows. [default: all, over a network {USUAL_ROWS}]"
+    limit: row_limit(USUAL_ROWS, MOST_ROWS) = request_field(  # type: ignore[valid-type]
+        None,
+        validate_default=True,
+        help=f"List at most this number of rows. [default: all, over a network {USUAL_ROWS}]",
     )
-    timeout: Annotated[quantity("s"), AfterValidator(_positive)] = request_field(  # type: ignore[valid-type]
+    timeout: Annotated[quantity("s"), AfterValidator(_bounded)] = request_field(  # type: ignore[valid-type]
         LONGEST_S,
         help="Stop a statement that takes longer than this number of seconds. [default: 60s]",
         example="60s",
@@ -74,24 +80,10 @@ class StoreQuestion(Request):
             )
         return self
 
-    def most_rows(self, laboratory: Laboratory) -> int | None:
-        """How many rows are answered; None: all. Raises `ValueError` for more rows, or a longer
-        time, than an answer over a network has."""
-        if laboratory.folders is None:
-            return self.limit
-        if (self.limit or 0) > MOST_ROWS:
-            raise ValueError(f"limit is {self.limit}; expected at most {MOST_ROWS} over a network")
-        if self.timeout > LONGEST_S:
-            raise ValueError(
-                f"timeout is {self.timeout:g} s; expected at most {LONGEST_S:g}s over a network"
-            )
-        return self.limit or USUAL_ROWS
-
 
 def _ask(request: StoreQuestion, laboratory: Laboratory, _: Progress) -> Batches:
     from .query import list_columns, list_tables
 
-    limit = request.most_rows(laboratory)
     if request.statement is None:
         rows = list_tables() if request.tables else list_columns(str(request.columns_of))
         columns = {name: [row[name] for row in rows] for name in rows[0]}
@@ -99,7 +91,9 @@ def _ask(request: StoreQuestion, laboratory: Laboratory, _: Progress) -> Batches
     batches = _answered(request, request.statement, laboratory)
     first = next(batches)  # a statement that cannot be run is refused here
     whole = chain([first], batches)
-    return Batches(tuple(first), whole if limit is None else _first_rows(whole, limit))
+    return Batches(
+        tuple(first), whole if request.limit is None else _first_rows(whole, request.limit)
+    )
 
 
 def _answered(
