@@ -200,13 +200,9 @@ metrics as columns.""",
 )
 
 
-class PromotionList(Request):
-    """Nothing is asked of the list of promotions."""
-
-
-PROMOTION_LIST: Operation[PromotionList, Promotions] = Operation(
+PROMOTION_LIST: Operation[Request, Promotions] = Operation(
     name="promotion-list",
-    request=PromotionList,
+    request=Request,
     run=_promotions,
     help="Promotions and refusals, with the person, the time and the reason.",
     route=("GET", "/models/promotions"),
@@ -214,10 +210,6 @@ PROMOTION_LIST: Operation[PromotionList, Promotions] = Operation(
     needs_store=False,
     absent={"command": "`models list --promotions` lists them.", **_ON_ITS_PAGE},
 )
-
-
-class JudgedVersion(NamedVersion):
-    """A version whose held-out pulses are asked for."""
 
 
 @dataclass(frozen=True)
@@ -231,7 +223,7 @@ class HeldOutPulses(Result):
         return dict(self.figures_of_pulses)
 
 
-def _held_out(request: JudgedVersion, laboratory: Laboratory, _: Progress) -> HeldOutPulses:
+def _held_out(request: NamedVersion, laboratory: Laboratory, _: Progress) -> HeldOutPulses:
     from ...common.model_registry import models_extra, needed, reader_of
 
     with models_extra():
@@ -243,9 +235,9 @@ def _held_out(request: JudgedVersion, laboratory: Laboratory, _: Progress) -> He
         return HeldOutPulses(held_out_figures(registry, version, reader_of(laboratory.store)))
 
 
-MODEL_HELD_OUT: Operation[JudgedVersion, HeldOutPulses] = Operation(
+MODEL_HELD_OUT: Operation[NamedVersion, HeldOutPulses] = Operation(
     name="model-held-out",
-    request=JudgedVersion,
+    request=NamedVersion,
     run=_held_out,
     help="Predicted beside measured on the held-out pulses of a version, and how often its "
     "intervals hold.",
