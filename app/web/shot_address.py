@@ -34,6 +34,8 @@ def read_address(pairs: Sequence[tuple[str, str]]) -> tuple[PredictionRequest, d
         try:
             return read(PredictionRequest, given, "network"), faults
         except RequestError as error:
+            if not given.keys() & {fault.field for fault in error.faults}:
+                raise  # nothing can be left out that would mend it
             for fault in error.faults:
                 faults[fault.field] = _message(fault)
                 given.pop(fault.field, None)
