@@ -87,7 +87,12 @@ class Twin:
     def velocities(self, settings: Sequence[Setting]) -> Floats:
         """True velocities of impact (n,), m/s; 0 for a bullet that stays in the barrel.
 
-        Raises `ValueError` for a setting with a tank pressure where there is no gun.
+        Parameters:
+            settings: n settings of the bench.
+
+        Raises:
+            ValueError: For a setting with a tank pressure where there is no gun, and where eq. 2.16
+                gives more than the escape speed of the gas.
         """
         if self.gun is not None:
             return self.gun.velocities(settings, self.sensors)
@@ -106,12 +111,22 @@ class Twin:
         rng: np.random.Generator | None = None,
         measured_force: MeasuredForce | None = None,
     ) -> Prediction:
-        """One shot with its bands, from `draws` random shots (0: the nominal one alone). The same
-        rng, the same shot.
+        """One shot with its bands. The same rng, the same shot.
 
         Measured interfaces stand in for the stages before them: an impact velocity in `setting`, a
-        recorded force in `measured_force`. Raises `ValueError` for a bullet that stays in the
-        barrel, `LookupError` for a plate or an impact position there is none of.
+        recorded force in `measured_force`.
+
+        Parameters:
+            setting: How the bench is set for the shot.
+            draws: How many random shots the bands are made from; 64 by default, 0 for the nominal
+                shot alone.
+            rng: Generator of the random shots; by default one with seed 0.
+            measured_force: A recorded force that takes the place of gun and contact; by default
+                None, and the force is predicted.
+
+        Raises:
+            ValueError: For a bullet that stays in the barrel, and as `velocities`.
+            LookupError: For a plate or an impact position there is none of.
         """
         rng = rng or np.random.default_rng(0)
         velocity, normals, member = self._draw_inputs(setting, draws, rng)
@@ -132,7 +147,22 @@ class Twin:
         draws: int = 64,
         rng: np.random.Generator | None = None,
     ) -> list[Prediction]:
-        """`predict` for each setting, of random numbers of its own."""
+        """`predict` for each setting, of random numbers of its own.
+
+        Parameters:
+            settings: n settings of the bench.
+            draws: How many random shots the bands of each setting are made from; 64 by default, 0
+                for the nominal shots alone.
+            rng: Generator from which each setting gets a generator of its own; by default one with
+                seed 0.
+
+        Returns:
+            n predictions, in the order of the settings.
+
+        Raises:
+            ValueError: As `predict`.
+            LookupError: As `predict`.
+        """
         generators = (rng or np.random.default_rng(0)).spawn(len(settings))
         return [
             self.predict(setting, draws=draws, rng=generator)
@@ -140,8 +170,17 @@ class Twin:
         ]
 
     def spectra(self, settings: Sequence[Setting], sensor: str | None = None) -> Floats:
-        """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that
-        stays in the barrel."""
+        """Nominal maximax spectra (n, f), m/s2, at one sensor; 0 for a bullet that stays in the
+        barrel.
+
+        Parameters:
+            settings: n settings of the bench.
+            sensor: Name of the sensor; by default None, the first one.
+
+        Raises:
+            ValueError: Where the twin has no plate, and as `velocities`.
+            LookupError: For a sensor, a plate or an impact position there is none of.
+        """
         velocity = self.velocities(settings)
         nominal = self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
         return (
@@ -158,8 +197,19 @@ class Twin:
         rng: np.random.Generator,
         sensor: str | None = None,
     ) -> Floats:
-        """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate
-        for every setting."""
+        """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same random numbers
+        and the same plate for every setting.
+
+        Parameters:
+            settings: n settings of the bench.
+            count: How many random spectra each setting gets.
+            rng: Generator of the random numbers.
+            sensor: Name of the sensor; by default None, the first one.
+
+        Raises:
+            ValueError: As `spectra`.
+            LookupError: As `spectra`.
+        """
         z, member = self._sample_draws(count, rng)
         velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
@@ -175,20 +225,34 @@ class Twin:
     def accelerations(
         self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None
     ) -> Floats:
-        """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one
-        sensor (n, 1, ...)."""
+        """Measured accelerations (n, sensors, samples) of the nominal plate under pulses, m/s2.
+
+        Parameters:
+            settings: n settings, which name the plate and the impact position.
+            pulses: The force pulses on the plate, one for each setting.
+            sensor: Name of one sensor, for an array (n, 1, samples); by default None, all sensors.
+
+        Raises:
+            LookupError: For a sensor, a plate or an impact position there is none of.
+        """
         return self._measured_accelerations(
             settings, pulses, np.full(len(settings), _NOMINAL), self._selected_sensors(sensor)
         )
 
     def replayed_db(self, shots: MeasuredShots) -> Floats:
         """Levels of measured shots that the nominal plate shows under their measured forces,
-        without calibration, dB re 1 m/s2: (n, sensors, 1 + lines), peaks first, as
-        `SpectrumCalibration.of` takes them.
+        without calibration, dB re 1 m/s2.
 
         Pulses have the contact's shape, peak and impulse of the measured force, or are that force
-        where shots are predicted from it. NaN for shots without a measured force (where any has
-        one), and on plates or at positions that this twin has not.
+        where shots are predicted from it.
+
+        Parameters:
+            shots: n measured shots.
+
+        Returns:
+            Levels (n, sensors, 1 + lines), peaks first, as `SpectrumCalibration.of` takes them. NaN
+            for shots without a measured force (where any has one), and on plates or at positions
+            that this twin has not.
         """
         out = np.full((len(shots), len(self.sensor_names), 1 + self.frequency_hz.size), np.nan)
         usable = np.array([self._has_place(setting) for setting in shots.settings], dtype=np.bool_)

@@ -89,12 +89,21 @@ class ContactStage(Protocol):
         ...
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n,
-        normals)."""
+        """The force pulses of n strikes.
+
+        Parameters:
+            strikes: n impacts.
+            z: Standard normal numbers (n, normals), which a random pulse for each strike is a
+                function of; by default None, for the mean pulses.
+        """
         ...
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
-        """For each strike, what of it lies outside of what the stage was made for; empty inside."""
+        """For each strike, what of it lies outside of what the stage was made for; empty inside.
+
+        Parameters:
+            strikes: n impacts.
+        """
         ...
 
 
@@ -104,7 +113,11 @@ class ExtrapolationPolicy(Protocol):
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
         """For each strike, which of its quantities lie beyond those of the shots; empty where
-        nothing was learned."""
+        nothing was learned.
+
+        Parameters:
+            strikes: n impacts.
+        """
         ...
 
 
@@ -115,5 +128,11 @@ class AboveAnvil(Protocol):
     def plate_pulses(
         self, strikes: ImpactBatch, z: Floats | None, pulses: ForcePulses
     ) -> ForcePulses:
-        """What of `pulses`, those of the same strikes and `z`, acts on the plate."""
+        """What of the pulses at the tip acts on the plate.
+
+        Parameters:
+            strikes: n impacts.
+            z: Standard normal numbers (n, normals) of random pulses; None for the mean ones.
+            pulses: The pulses at the tip, those of the same strikes and `z`.
+        """
         ...

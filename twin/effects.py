@@ -69,7 +69,26 @@ def parameter(
     owner: str = "bench",
     plausible: tuple[float, float] | None = None,
 ) -> Any:
-    """A field of an effect. SI; the unit stands in the field's name, too."""
+    """A field of an effect, which makes a `Parameter`. SI; the unit stands in the field's name,
+    too.
+
+    Parameters:
+        meaning: What the value is, in a few words.
+        unit: Its SI unit; "" for a pure number.
+        default: The value of an effect that is made without one.
+        low: The least value allowed.
+        high: The greatest value allowed.
+        off: The value at which the effect does nothing.
+        likely: The range, inside the allowed one, in which a diagnosis looks for the value; by
+            default None: the value is not looked for, and the default stays.
+        typical: Standard deviation that data sheets and calibrations give for an error of either
+            sign; by default None: there is no such sheet.
+        owner: What the value belongs to, and from whose one level to the next it may differ:
+            "bench" (default), "bullet", "tip", "face", "layer", "plate", "mode band", "channel" or
+            "session".
+        plausible: The range that the part can have by its physics; by default None: nothing is
+            known.
+    """
     return field(
         default=default,
         metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner, plausible)},
@@ -229,8 +248,15 @@ def _check_parameters(kind: type[Effect]) -> None:
 
 
 def get_effect_kind(identity: str) -> type[Effect]:
-    """Raises `LookupError` with the ids that there are, and for an effect of another package that
-    cannot be used with the cause."""
+    """The class of an effect.
+
+    Parameters:
+        identity: Its id in the catalogue, such as "gun.back_pressure".
+
+    Raises:
+        LookupError: For an id that is not there, with those that there are; for an effect of
+            another package that cannot be used, with the cause.
+    """
     if identity in catalogue():
         return catalogue()[identity]
     if identity in added_effects().failures:
@@ -242,8 +268,17 @@ def get_effect_kind(identity: str) -> type[Effect]:
 
 
 def effect(identity: str, **parameters: Value) -> Effect:
-    """An effect by its id. Raises `LookupError` for one there is not, `ValueError` for a parameter
-    it has not."""
+    """An effect by its id.
+
+    Parameters:
+        identity: Its id in the catalogue, such as "gun.back_pressure".
+        parameters: Values by the name of the parameter, SI: one number, or an array (n,) for n
+            shots. A parameter that is not given has its default.
+
+    Raises:
+        LookupError: For an effect there is not.
+        ValueError: For a parameter that the effect has not, and a value outside of its range.
+    """
     kind = get_effect_kind(identity)
     parameter_names = [item.name for item in kind.parameters()]
     if unknown := [name for name in parameters if name not in parameter_names]:
@@ -254,7 +289,15 @@ def effect(identity: str, **parameters: Value) -> Effect:
 
 
 def effect_from_json(table: Mapping[str, Any]) -> Effect:
-    """The inverse of `Effect.as_json`."""
+    """The inverse of `Effect.as_json`.
+
+    Parameters:
+        table: The id under "id", and a number or a list for each parameter.
+
+    Raises:
+        LookupError: As `effect`.
+        ValueError: As `effect`.
+    """
     values = {
         k: np.asarray(v, dtype=np.float64) if isinstance(v, list) else float(v)
         for k, v in table.items()
@@ -264,8 +307,16 @@ def effect_from_json(table: Mapping[str, Any]) -> Effect:
 
 
 def checked_effects(effects: Iterable[Effect], kind: type[E]) -> tuple[E, ...]:
-    """Effects of one stage. Raises `TypeError` for another stage's, `ValueError` for one given
-    twice."""
+    """Effects of one stage, in the order given.
+
+    Parameters:
+        effects: Effects that act together.
+        kind: The base class of the stage's effects, such as `GunEffect`.
+
+    Raises:
+        TypeError: For an effect of another stage.
+        ValueError: For an effect that is given twice.
+    """
     given: list[E] = []
     for effect in effects:
         if not isinstance(effect, kind):

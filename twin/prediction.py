@@ -28,7 +28,11 @@ class Quantity:
 
     @classmethod
     def of(cls, draws: Floats) -> Self:
-        """From draws (d,)."""
+        """The mean of draws and the band that 90 % of them lie in.
+
+        Parameters:
+            draws: Values (d,) of d random shots, in the unit of the quantity.
+        """
         low, high = _ends(draws)
         return cls(float(draws.mean()), (float(low), float(high)))
 
@@ -46,7 +50,11 @@ class Band:
 
     @classmethod
     def of(cls, draws: Floats) -> Self:
-        """From draws (d, n)."""
+        """The mean of draws at each point and the band that 90 % of them lie in.
+
+        Parameters:
+            draws: Series (d, n) of d random shots with n points each, in one unit.
+        """
         lower, upper = _ends(draws)
         return cls(draws.mean(axis=0), lower, upper)
 
@@ -67,8 +75,15 @@ def stratified_normals(count: int, columns: int, rng: np.random.Generator) -> Fl
     """Standard normal numbers (count, columns), each column the mid-quantiles of `count` equal
     strata, shuffled.
 
-    Means and quantiles of 64 such draws scatter less than those of 64 independent ones; a Latin
-    hypercube: McKay, Beckman and Conover, Technometrics 21 (1979) 239.
+    Means and quantiles of 64 such draws scatter less than those of 64 independent ones.
+
+    Parameters:
+        count: How many draws.
+        columns: How many normal numbers a draw has.
+        rng: Generator that shuffles each column.
+
+    Source:
+        Latin hypercube: McKay, Beckman and Conover, Technometrics 21 (1979) 239.
     """
     from scipy.special import ndtri
 
@@ -137,19 +152,42 @@ class Prediction:
     draws: ShotDraws
 
     def acceleration(self, sensor: str, until_s: float = 0.01) -> tuple[Floats, Band]:
-        """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for.
-        `LookupError` as `index`."""
+        """The acceleration of one sensor over time, made when asked for.
+
+        Parameters:
+            sensor: Name of the sensor.
+            until_s: End of the series, from the beginning of contact; 0.01 s by default.
+
+        Returns:
+            Time (n,) in s and the band of the acceleration in m/s2.
+
+        Raises:
+            LookupError: For a sensor there is none of.
+        """
         samples = int(until_s * self.sampling_rate_hz) + 1
         draws = self.accelerations_m_s2[:, self.index(sensor), :samples]
         return np.arange(draws.shape[1]) / self.sampling_rate_hz, Band.of(draws)
 
     def peak_acceleration_m_s2(self, sensor: str) -> Quantity:
-        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`. Raises
-        as `index`."""
+        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`.
+
+        Parameters:
+            sensor: Name of the sensor.
+
+        Raises:
+            LookupError: For a sensor there is none of.
+        """
         return Quantity.of(np.abs(self.accelerations_m_s2[:, self.index(sensor)]).max(axis=1))
 
     def index(self, sensor: str) -> int:
-        """Of a sensor. Raises `LookupError` that names those there are."""
+        """The place of a sensor among `sensors`, from 0.
+
+        Parameters:
+            sensor: Name of the sensor.
+
+        Raises:
+            LookupError: For a sensor there is none of; the message names those there are.
+        """
         if sensor not in self.sensors:
             raise LookupError(
                 f"no sensor {sensor!r}; there are: {', '.join(self.sensors) or 'none'}"

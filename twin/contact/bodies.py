@@ -65,7 +65,15 @@ class Bodies:
 
     @classmethod
     def of(cls, **quantities: ArrayLike | None) -> Self:
-        """From numbers and arrays (n,) that broadcast; None is left out."""
+        """From numbers and arrays (n,) that broadcast.
+
+        Parameters:
+            quantities: Values of the fields by name, SI; None is left out.
+
+        Raises:
+            ValueError: As the class, and for shapes that do not broadcast.
+            TypeError: For a name that is no field, and where a field without a default is missing.
+        """
         arrays = {
             name: np.asarray(value, dtype=np.float64)
             for name, value in quantities.items()
@@ -78,13 +86,24 @@ class Bodies:
         return len(self.impact_velocity_m_s)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """Some of the impacts, by their rows."""
+        """Some of the impacts.
+
+        Parameters:
+            rows: Their row numbers.
+        """
         arrays = {name: values[rows] for name, values in vars(self).items() if values is not None}
         return replace(self, **arrays)
 
     def needed(self, quantity: str, law: str) -> Floats:
-        """A quantity (n,) that may be unknown. Raises `MissingQuantityError` naming it and the law
-        that wants it."""
+        """A quantity (n,) that may be unknown.
+
+        Parameters:
+            quantity: Name of the field.
+            law: What the message calls the law that wants it.
+
+        Raises:
+            MissingQuantityError: Where it is unknown; the message names quantity and law.
+        """
         values: Floats | None = getattr(self, quantity)
         if values is None:
             raise MissingQuantityError(quantity, law)

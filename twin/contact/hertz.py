@@ -41,9 +41,18 @@ _NEARLY_ELASTIC = 1e-4  # below this loss the first terms of the series are exac
 
 
 def low_loss_damping(restitution: Floats) -> Floats:
-    """a = (3/2) (1 - e), eq. 1.20: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440.
+    """a = (3/2) (1 - e), for small losses.
 
-    For small losses. The motion ends with more than the e asked for: 0.748 for 2/3, 0.516 for 0.1.
+    The motion ends with more than the e asked for: 0.748 for 2/3, 0.516 for 0.1.
+
+    Parameters:
+        restitution: e (n,), in (0, 1].
+
+    Returns:
+        Damping numbers a (n,).
+
+    Source:
+        Eq. 1.20: Hunt and Crossley, J. Appl. Mech. 42 (1975) 440.
     """
     return np.asarray(1.5 * (1 - restitution))
 
@@ -51,8 +60,12 @@ def low_loss_damping(restitution: Floats) -> Floats:
 def matched_damping(restitution: Floats) -> Floats:
     """The a (n,) whose motion ends with e exactly.
 
-    Sources: Gonthier, McPhee, Lange and Piedboeuf, Multibody System Dynamics 11 (2004) 209; Zhang
-    and Sharf, J. Appl. Mech. 76 (2009).
+    Parameters:
+        restitution: e (n,), in (0, 1].
+
+    Source:
+        Gonthier, McPhee, Lange and Piedboeuf, Multibody System Dynamics 11 (2004) 209; Zhang and
+        Sharf, J. Appl. Mech. 76 (2009).
     """
     from scipy.optimize.elementwise import find_root
 
@@ -67,7 +80,11 @@ def matched_damping(restitution: Floats) -> Floats:
 
 
 def restitution_of(damping: Floats) -> Floats:
-    """The e (n,) with which motions of damping numbers a (n,), not negative, end."""
+    """The e (n,) with which motions end.
+
+    Parameters:
+        damping: Damping numbers a (n,), not negative.
+    """
     from scipy.optimize.elementwise import find_root
 
     def excess(q: Floats, a: Floats) -> Floats:
@@ -95,17 +112,24 @@ class ContactMotion:
     course: Floats
 
     def shape(self, phase: Floats) -> Floats:
-        """Force over peak, n x p, at phases (p,)."""
+        """Force over peak, (n, p).
+
+        Parameters:
+            phase: Phases of the contact (p,), 0 its begin and 1 its end.
+        """
         from scipy.interpolate import CubicSpline
 
         return np.asarray(np.maximum(CubicSpline(_PHASES, self.course, axis=1)(phase), 0.0) ** 1.5)
 
 
 def motion(restitution: Floats) -> ContactMotion:
-    """Motions that end with the restitutions (n,), all in [0.01, 1].
+    """Motions that end with given restitutions.
 
     Interpolated: times and peaks to 1e-7, forces to 2e-5 of the peak, from e = 0.014 downwards to
     2e-4.
+
+    Parameters:
+        restitution: e (n,), all in [0.01, 1].
     """
     from scipy.interpolate import CubicSpline
 
@@ -136,8 +160,11 @@ class _Falls:
 
 @cache
 def solve(damping: float) -> ContactMotion:
-    """One motion (n = 1) of a damping number, by a Runge-Kutta method of order 8, until the bodies
-    part."""
+    """One motion (n = 1), by a Runge-Kutta method of order 8, until the bodies part.
+
+    Parameters:
+        damping: The damping number a, 0 or more.
+    """
     from scipy.integrate import solve_ivp
 
     def rate(_: float, state: Floats) -> list[float]:
@@ -180,17 +207,32 @@ _TIME = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
 
 
 def length_scale(bodies: Bodies, law: str) -> Floats:
-    """l (m, (n,)); the greatest indentation without loss is (5/4)^(2/5) l. Needs
-    `impactor_mass_kg`, for `law`."""
+    """l (m, (n,)); the greatest indentation without loss is (5/4)^(2/5) l.
+
+    Parameters:
+        bodies: n impacts.
+        law: What the message calls the law that wants the mass.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg` is unknown.
+    """
     energy = bodies.needed("impactor_mass_kg", law) * bodies.impact_velocity_m_s**2
     return np.asarray((energy / bodies.hertz_stiffness_n_m15) ** 0.4)
 
 
 def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
-    """Contact time (s, (n,)) without loss, eq. 1.26 with the u^(1/2) that dimensions and its source
-    ask for u^2.
+    """Contact time (s, (n,)) without loss.
 
-    The same as 2.87 (m^2 / (R E*^2 u))^(1/5), Johnson, Contact Mechanics (1985), eq. 11.24.
+    Parameters:
+        bodies: n impacts.
+        law: What the message calls the law that wants the mass; "Hertz' impact" by default.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg` is unknown.
+
+    Source:
+        Eq. 1.26 with the u^(1/2) that dimensions and its source ask for u^2. The same as 2.87 (m^2
+        / (R E*^2 u))^(1/5), Johnson, Contact Mechanics (1985), eq. 11.24.
     """
     return np.asarray(_TIME * 1.25**0.4 * length_scale(bodies, law) / bodies.impact_velocity_m_s)
 
@@ -198,11 +240,16 @@ def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
 def impactor_of_pulse(
     contact_time_s: Floats, impulse_n_s: Floats, stiffness_n_m15: Floats
 ) -> tuple[Floats, Floats]:
-    """Mass (kg) and velocity (m/s) whose impact without loss has this contact time and impulse,
+    """Mass (kg) and velocity (m/s) whose impact without loss has a given contact time and impulse,
     (n,) each.
 
     From the impulse 2 m u and `contact_time`: of a measured force they are what Hertz' law would
     have needed for it.
+
+    Parameters:
+        contact_time_s: Contact times (n,).
+        impulse_n_s: Impulses (n,), N s.
+        stiffness_n_m15: k of F = k delta^1.5 (n,), N / m^1.5.
     """
     factor = _TIME * 1.25**0.4 * 2 / 4**0.4
     mass = (contact_time_s * impulse_n_s**0.2 * stiffness_n_m15**0.4 / factor) ** (1 / 0.6)
@@ -210,10 +257,15 @@ def impactor_of_pulse(
 
 
 def hertz(bodies: Bodies) -> ContactPulse:
-    """m x'' = -k x^1.5 from impact to rebound with -u; the impulse is 2 m u. Needs
-    `impactor_mass_kg`.
+    """m x'' = -k x^1.5 from impact to rebound with -u; the impulse is 2 m u.
 
     The target stands still and neither body yields, vibrates or carries waves away.
+
+    Parameters:
+        bodies: n impacts.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg` is unknown.
     """
     length = length_scale(bodies, "Hertz' impact")
     velocity = bodies.impact_velocity_m_s
@@ -237,10 +289,19 @@ FIRST_YIELD = 1.6
 def yield_load(
     bodies: Bodies, pressure_over_yield_strength: Floats | float = FIRST_YIELD, law: str = "yield"
 ) -> Floats:
-    """F_y = (pi p_y)^3 R^2 / (6 E*^2) (N, (n,)): Hertz' load of the pressure p_y (Johnson, eq. 4.24
-    and 6.10).
+    """F_y = (pi p_y)^3 R^2 / (6 E*^2) (N, (n,)): Hertz' load of the pressure p_y.
 
-    p_y is a multiple of the lesser yield strength. Needs both of them, for `law`.
+    Parameters:
+        bodies: n impacts.
+        pressure_over_yield_strength: p_y as a multiple of the lesser yield strength, a number or
+            (n,); 1.6 by default, where yield begins.
+        law: What the message calls the law that wants the strengths; "yield" by default.
+
+    Raises:
+        MissingQuantityError: Where one of the two yield strengths is unknown.
+
+    Source:
+        Johnson, Contact Mechanics (1985), eq. 4.24 and 6.10.
     """
     tip, target = (
         bodies.needed(f"{body}_yield_strength_pa", law) for body in ("impactor", "target")
@@ -254,7 +315,14 @@ def yield_load(
 def yield_velocity(bodies: Bodies, law: str = "yield") -> Floats:
     """Impact velocity (m/s, (n,)) at which Hertz' impact first reaches the load of `yield_load`.
 
-    m u^2 / 2 = (2/5) F_y^(5/3) / k^(2/3). Needs `impactor_mass_kg`, too.
+    m u^2 / 2 = (2/5) F_y^(5/3) / k^(2/3).
+
+    Parameters:
+        bodies: n impacts.
+        law: What the message calls the law that wants mass and strengths; "yield" by default.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg` or one of the two yield strengths is unknown.
     """
     load = yield_load(bodies, FIRST_YIELD, law)
     energy = 0.4 * load ** (5 / 3) / bodies.hertz_stiffness_n_m15 ** (2 / 3)

@@ -35,7 +35,11 @@ class ForceHistory:
 
     @classmethod
     def of(cls, march: March) -> Self:
-        """In the units of the march."""
+        """In the units of the march.
+
+        Parameters:
+            march: The solved motions of n contacts, in their own units.
+        """
         nodes = march.nodes
         last = np.repeat(march.contact_time, np.diff(nodes.first))
         return cls(
@@ -43,7 +47,12 @@ class ForceHistory:
         )
 
     def at(self, phase: Floats) -> Floats:
-        """Force (n, p) at phases (p,), or (n, p) of each contact."""
+        """Force (n, p), in the units of the nodes.
+
+        Parameters:
+            phase: Phases of the contact (p,) for all contacts, or (n, p) of each; 0 its begin and 1
+                its end.
+        """
         from .kernel import at_phases
 
         wanted = np.array(np.atleast_2d(phase), dtype=np.float64, order="C")
@@ -53,7 +62,11 @@ class ForceHistory:
 
 
 def peak_force(nodes: Nodes) -> Floats:
-    """Greatest force of each contact (n,): of its nodes, and of the cubics between them."""
+    """Greatest force of each contact (n,): of its nodes, and of the cubics between them.
+
+    Parameters:
+        nodes: Times, forces and rates of n contacts.
+    """
     force, rate = nodes.force, nodes.force_rate
     peak = np.maximum.reduceat(force, nodes.first[:-1])
     falls = (rate[:-1] > 0) & (rate[1:] <= 0)
@@ -109,10 +122,20 @@ def impact(
     """n impacts of a mass on F = k delta^(3/2) and a rigid target, or as effects in their order
     change that.
 
-    `insulated` (n,): where an insulating layer lies on the target, nowhere unless told.
-    `plate_impedance_n_s_m` (n,): of the plate's own material; the target's unless told. With the 96
-    steps, peak, times, impulse and restitution are within 1e-6 of solve_ivp's. Needs
-    `impactor_mass_kg`, and what the effects need.
+    Parameters:
+        bodies: n impacts.
+        effects: Effects of the contact, each at most once; none by default.
+        insulated: Where an insulating layer lies on the target (n,); by default None, nowhere.
+        plate_impedance_n_s_m: Force over velocity at a point of the plate's own material (n,), N
+            s/m; by default None, that of the target's material.
+        steps: Steps for each contact's own time. With the default 96, peak, times, impulse and
+            restitution are within 1e-6 of solve_ivp's.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg`, or what an effect needs, is unknown.
+        ValueError: For arrays of another length, and for an effect given twice.
+        TypeError: For an effect of another stage.
+        ArithmeticError: Where a contact does not come to an end.
     """
     nominal = Impacts.of(bodies, insulated, plate_impedance_n_s_m)
     prepared = reduce(
@@ -124,8 +147,15 @@ def impact(
 
 
 def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
-    """Impacts of any quantities. Raises `ArithmeticError` where a contact does not come to an
-    end."""
+    """Impacts of any quantities.
+
+    Parameters:
+        impacts: n impacts, as effects have changed them.
+        steps: Steps for each contact's own time; 96 by default.
+
+    Raises:
+        ArithmeticError: Where a contact does not come to an end.
+    """
     solved = march(Numbers.of(impacts), steps)
     length, force = scales(impacts)
     velocity, peak, back = (
@@ -171,6 +201,10 @@ def trimmed(pulse: ContactPulse, points: int) -> ForcePulses:
     With little restitution bodies part slowly: the contact lasts many times as long as the pulse,
     most of it with next to no force, and a few phases of it would miss the pulse. Such contacts end
     here where the force falls below 1e-3 of the peak for good.
+
+    Parameters:
+        pulse: n pulses of a law.
+        points: Number of phases, both ends of the contact included.
     """
     force, time = pulse.force_n(points), pulse.contact_time_s.copy()
     slow = np.flatnonzero(pulse.compression_time_s < _SLOW * time)

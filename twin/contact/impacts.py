@@ -59,11 +59,18 @@ class Impacts:
         insulated: NDArray[np.bool_] | None = None,
         plate_impedance_n_s_m: Floats | None = None,
     ) -> Self:
-        """Hertz' impacts on a rigid target. Needs `impactor_mass_kg`. Raises `ValueError` for
-        unlike lengths.
+        """Hertz' impacts on a rigid target.
 
-        The plate is of the target's material where its impedance is not given, as in Zener's eq.
-        1.14.
+        Parameters:
+            bodies: n impacts.
+            insulated: Where an insulating layer lies on the target (n,); by default None, nowhere.
+            plate_impedance_n_s_m: Force over velocity at a point of the plate without edges (n,), N
+                s/m; by default None, that of a plate of the target's material, as in Zener's eq.
+                1.14, where its thickness is known.
+
+        Raises:
+            MissingQuantityError: Where `impactor_mass_kg` is unknown.
+            ValueError: For unlike lengths.
         """
         n = len(bodies)
         insulated = np.zeros(n, dtype=np.bool_) if insulated is None else insulated
@@ -95,7 +102,11 @@ class Impacts:
         return np.minimum(self.hardening_exponent, self.exponent)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """Some of the impacts, by their rows."""
+        """Some of the impacts.
+
+        Parameters:
+            rows: Their row numbers.
+        """
         arrays = {
             name: values[rows]
             for name, values in vars(self).items()
@@ -109,8 +120,15 @@ def plate_impedance(
 ) -> Floats:
     """Z = 8 sqrt(D rho h) (N s/m) of a thin plate without edges, D = E h^3 / (12 (1 - nu^2)).
 
-    Source: Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 4; Zener, Phys. Rev. 59
-    (1941) 669.
+    Parameters:
+        youngs_modulus_pa: E of the plate's material (n,).
+        poisson_ratio: nu of the plate's material (n,).
+        density_kg_m3: rho of the plate's material (n,).
+        thickness_m: h (n,).
+
+    Source:
+        Cremer, Heckl and Petersson, Structure-Borne Sound (2005), ch. 4; Zener, Phys. Rev. 59
+        (1941) 669.
     """
     rigidity = youngs_modulus_pa * thickness_m**3 / (12 * (1 - poisson_ratio**2))
     return np.asarray(8 * np.sqrt(rigidity * density_kg_m3 * thickness_m))
@@ -135,9 +153,15 @@ class ContactEffect(Effect):
     """
 
     def prepare(self, impacts: Impacts) -> Impacts:
-        """The same impacts with the quantities that this effect changes. Raises
-        `MissingQuantityError` for what these bodies do not tell, `ValueError` for parameters of
-        another number of impacts."""
+        """The same impacts with the quantities that this effect changes.
+
+        Parameters:
+            impacts: n impacts, as effects before this one have changed them.
+
+        Raises:
+            MissingQuantityError: For what these bodies do not tell.
+            ValueError: For parameters of another number of impacts.
+        """
         return impacts
 
     def _each(self, parameter: Value, impacts: Impacts) -> Floats:
@@ -153,7 +177,11 @@ class ContactEffect(Effect):
 
 def bodies_of(strikes: ImpactBatch) -> Bodies:
     """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials
-    tell their own."""
+    tell their own.
+
+    Parameters:
+        strikes: n impacts.
+    """
 
     def each(value: Callable[[Setting], float | None]) -> Floats | None:
         values = [value(setting) for setting in strikes.settings]
@@ -176,12 +204,20 @@ def bodies_of(strikes: ImpactBatch) -> Bodies:
 
 
 def insulated(strikes: ImpactBatch) -> NDArray[np.bool_]:
-    """Where an insulating layer lies on the target, (n,)."""
+    """Where an insulating layer lies on the target, (n,).
+
+    Parameters:
+        strikes: n impacts.
+    """
     return np.array([setting.insulator != "none" for setting in strikes.settings])
 
 
 def impedance(strikes: ImpactBatch) -> Floats:
-    """Point impedance (N s/m, (n,)) of the plate's own material, whatever lies on it."""
+    """Point impedance (N s/m, (n,)) of the plate's own material, whatever lies on it.
+
+    Parameters:
+        strikes: n impacts.
+    """
     plates = [
         (
             s.plate.youngs_modulus_pa,

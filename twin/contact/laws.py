@@ -44,10 +44,18 @@ def hunt_crossley(
 ) -> ContactPulse:
     """m x'' = -k x^1.5 (1 + a x' / u), eq. 1.21; the force has no jump at either end.
 
-    The thesis's a = (3/2) (1 - e) (`low_loss_damping`) loses less than e says; the one taken here
-    ends with e itself, so that the impulse is (1 + e) m u. Where e is small the bodies part slowly:
-    the contact lasts about as 1/e, most of it with next to no force. Needs `impactor_mass_kg`, and
-    what the restitution needs.
+    Where e is small the bodies part slowly: the contact lasts about as 1/e, most of it with next to
+    no force.
+
+    Parameters:
+        bodies: n impacts.
+        restitution: The law of restitution, which gives e for each impact; Zener's by default.
+        damping: Gives the damping number a of an e. The thesis's a = (3/2) (1 - e)
+            (`low_loss_damping`) loses less than e says; the default, `matched_damping`, ends with e
+            itself, so that the impulse is (1 + e) m u.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg`, or what the restitution needs, is unknown.
     """
     law = "Hunt and Crossley's impact"
     e = restitution(bodies)
@@ -67,10 +75,16 @@ def hunt_crossley(
 
 
 def sphere_contact_time(bodies: Bodies) -> Floats:
-    """Contact time (s, (n,)) of a sphere of the tip's radius and density, eq. 1.23.
+    """Contact time (s, (n,)) of a sphere of the tip's radius and density.
 
     tau = 4.53 [(4/3) pi rho_s (d_s + d_p)]^(2/5) R u^(-1/5), d = (1 - nu^2) / (pi E): Hertz' time
     with the sphere's own mass, to the three digits of 4.53 (4.534).
+
+    Parameters:
+        bodies: n impacts.
+
+    Source:
+        Eq. 1.23.
     """
     inertia = 4 / 3 * np.pi * bodies.impactor_density_kg_m3 * bodies.compliance_1_pa / np.pi
     return np.asarray(
@@ -83,9 +97,14 @@ def hunter(bodies: Bodies) -> ContactPulse:
 
     The thesis gives no F_max for it; this one returns the sphere's momentum, 2 m_s u. (Two
     conventions in use: the second derivative of a sinusoidal indentation, 1.140 m u^2 / delta
-    against 1.067 here, and Hertz' peak itself,
-    1.25. Neither conserves momentum.) Without loss; the impactor's mass beyond the tip's does not
-    enter. Source: Hunter, J. Mech. Phys. Solids 5 (1957) 162.
+    against 1.067 here, and Hertz' peak itself, 1.25. Neither conserves momentum.) Without loss; the
+    impactor's mass beyond the tip's does not enter.
+
+    Parameters:
+        bodies: n impacts.
+
+    Source:
+        Hunter, J. Mech. Phys. Solids 5 (1957) 162.
     """
     time = sphere_contact_time(bodies)
     momentum = bodies.sphere_mass_kg * bodies.impact_velocity_m_s
@@ -109,8 +128,13 @@ def reed(bodies: Bodies) -> ContactPulse:
 
     F_max = 1.917 rho_s^(3/5) (d_s + d_p)^(-2/5) R^2 u^(6/5), d = (1 - nu^2) / (pi E). Peak and time
     are Hertz' own, the shape is not quite: the impulse is 2.3 % above 2 m_s u, the most that a
-    sphere can give. Without loss; the impactor's mass beyond the tip's does not enter. Source:
-    Reed, J. Phys. D 18 (1985) 2329.
+    sphere can give. Without loss; the impactor's mass beyond the tip's does not enter.
+
+    Parameters:
+        bodies: n impacts.
+
+    Source:
+        Reed, J. Phys. D 18 (1985) 2329.
     """
     time = sphere_contact_time(bodies)
     velocity, density = bodies.impact_velocity_m_s, bodies.impactor_density_kg_m3
@@ -132,8 +156,14 @@ def von_hann(bodies: Bodies, restitution: RestitutionLaw = zener) -> ContactPuls
 
     Impulse of the compression m u, of the whole (1 + e) m u. Errata: eq. 1.26 prints u^2 for
     u^(1/2) (Hertz' time); the second line of eq. 1.28 divides by tau_el, which neither meets the
-    first line nor ends at zero unless e = 1: it is tau_an. Needs `impactor_mass_kg`, and what the
-    restitution needs.
+    first line nor ends at zero unless e = 1: it is tau_an.
+
+    Parameters:
+        bodies: n impacts.
+        restitution: The law of restitution, which gives e for each impact; Zener's by default.
+
+    Raises:
+        MissingQuantityError: Where `impactor_mass_kg`, or what the restitution needs, is unknown.
     """
     e = restitution(bodies)
     momentum = bodies.needed("impactor_mass_kg", "the von Hann pulse") * bodies.impact_velocity_m_s
@@ -168,10 +198,16 @@ LAWS: Mapping[str, Law] = {**ELASTIC, **LOSSY}
 
 
 def contact_law(name: str, restitution: str | None = None) -> Law:
-    """A law by name, with a law of restitution of one's choice. Raises `LookupError` for names
-    there are none of.
+    """A law by name, with a law of restitution of one's choice.
 
-    Raises `ValueError` where a law without loss is given a restitution.
+    Parameters:
+        name: Name of the law, one of `LAWS`.
+        restitution: Name of a law of restitution, one of `RESTITUTIONS`, for a law that loses
+            energy; by default None, which is Zener's for these.
+
+    Raises:
+        LookupError: For names there are none of.
+        ValueError: Where a law without loss is given a restitution.
     """
     if name not in LAWS:
         raise LookupError(f"no law of contact {name!r}; there are: {', '.join(LAWS)}")

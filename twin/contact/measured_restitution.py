@@ -52,7 +52,14 @@ class RecordedPulse:
     def of(
         cls, pulse: ContactPulse, mass_kg: Floats, impact_velocity_m_s: Floats, points: int = 1001
     ) -> Self:
-        """As a law's pulse would be recorded."""
+        """As a law's pulse would be recorded.
+
+        Parameters:
+            pulse: n pulses of a law.
+            mass_kg: Masses of the impactors (n,).
+            impact_velocity_m_s: Impact velocities (n,).
+            points: Number of instants of the record; 1001 by default.
+        """
         return cls(
             pulse.force_n(points), pulse.contact_time_s / (points - 1), mass_kg, impact_velocity_m_s
         )
@@ -65,14 +72,22 @@ class RecordedPulse:
         )
 
     def noise(self, force_noise_n: float) -> Floats:
-        """Standard deviation (n,) of Newton's e from white noise of the force, sample by sample."""
+        """Standard deviation (n,) of Newton's e from white noise of the force, sample by sample.
+
+        Parameters:
+            force_noise_n: Standard deviation of the noise of one sample.
+        """
         samples = self.force_n.shape[1] - 1.5  # the trapezoid rule gives the two ends half a weight
         momentum = self.mass_kg * self.impact_velocity_m_s
         return np.asarray(force_noise_n * self.interval_s * np.sqrt(samples) / momentum)
 
     def split(self, rate: Floats, turn: Floats) -> tuple[Floats, Floats]:
-        """Integrals (n,) of a quantity (n, p) over the time before and after the turn (n,), in
-        intervals."""
+        """Integrals (n,) over the time before and after the turn.
+
+        Parameters:
+            rate: The quantity that is integrated, (n, p).
+            turn: Instant of the turn (n,), in intervals.
+        """
         running = self._running(rate)
         until = _at(running, turn)
         return until, running[:, -1] - until
@@ -83,10 +98,14 @@ class RecordedPulse:
 
 
 def newton(approach_m_s: Floats, separation_m_s: Floats) -> Floats:
-    """e = -u_r / u_i, eq. 1.9: measured velocities, both positive, of approach and of separation.
-    No force needed.
+    """e = -u_r / u_i, eq. 1.9, of measured velocities. No force needed.
 
-    Raises `ValueError` for an approach that is not positive.
+    Parameters:
+        approach_m_s: Velocities of approach, positive, (n,).
+        separation_m_s: Velocities of separation, positive, (n,).
+
+    Raises:
+        ValueError: For an approach that is not positive.
     """
     if np.any(~(approach_m_s > 0)):
         raise ValueError("approach_m_s: expected positive")
@@ -94,12 +113,16 @@ def newton(approach_m_s: Floats, separation_m_s: Floats) -> Floats:
 
 
 def poisson(pulse: RecordedPulse, turn: Floats | None = None) -> Floats:
-    """e = P_r / P_c, eq. 1.10. `turn` (n,): its instant in intervals, from a recorded indentation;
-    else v = 0.
+    """e = P_r / P_c, eq. 1.10.
 
     With the turn at v = 0 of the integrated force P_c is m u, and e Newton's of the same record.
     NaN where the impactor does not come to rest within the record: nothing comes back, or the
     record is too short.
+
+    Parameters:
+        pulse: n recorded pulses.
+        turn: Instant of the turn (n,) in intervals, from a recorded indentation; by default None,
+            that of v = 0.
     """
     compression, restitution = pulse.split(pulse.force_n, turn_of(pulse) if turn is None else turn)
     return np.asarray(restitution / compression)
@@ -112,11 +135,16 @@ def stronge(
 ) -> Floats:
     """e = sqrt((W_r - W_w) / W_c), eq. 1.11 and 1.12; W_r counts what the contact gives back.
 
-    With the impactor's own velocity (no `indentation_rate_m_s`) the work is that on the impactor,
-    waves included, and W_w is 0. With a recorded rate of indentation (n, p) the work is that of the
-    contact alone, and what the plate carries away, `wave_work_j`, is missing in it: of a plate of
-    point impedance Z it is `wave_work`. Then e follows Newton's to first order in the loss only. 0
-    where more is carried away than comes back, NaN without a turn.
+    0 where more is carried away than comes back, NaN without a turn.
+
+    Parameters:
+        pulse: n recorded pulses.
+        indentation_rate_m_s: A recorded rate of indentation (n, p), with which the work is that of
+            the contact alone. By default None, the impactor's own velocity: the work is that on the
+            impactor, waves included, and W_w is 0.
+        wave_work_j: W_w, a number or (n,): what the plate carries away, which is missing in the
+            work of the contact alone; of a plate of point impedance Z it is `wave_work`. Then e
+            follows Newton's to first order in the loss only. 0 by default.
     """
     rate = pulse.velocity_m_s if indentation_rate_m_s is None else indentation_rate_m_s
     compression, restitution = pulse.split(pulse.force_n * rate, first_fall(rate))
@@ -124,20 +152,33 @@ def stronge(
 
 
 def wave_work(pulse: RecordedPulse, plate_impedance_n_s_m: Floats) -> Floats:
-    """W_w (J, (n,)) of flexural waves in a plate without edges, the integral of F^2 / Z."""
+    """W_w (J, (n,)) of flexural waves in a plate without edges, the integral of F^2 / Z.
+
+    Parameters:
+        pulse: n recorded pulses.
+        plate_impedance_n_s_m: Point impedance Z of the plate (n,), N s/m.
+    """
     return np.asarray(
         np.trapezoid(pulse.force_n**2, axis=1) * pulse.interval_s / plate_impedance_n_s_m
     )
 
 
 def turn_of(pulse: RecordedPulse) -> Floats:
-    """Instant (n,) of v = 0, in intervals; NaN where there is none."""
+    """Instant (n,) of v = 0, in intervals; NaN where there is none.
+
+    Parameters:
+        pulse: n recorded pulses.
+    """
     return first_fall(pulse.velocity_m_s)
 
 
 def first_fall(values: Floats) -> Floats:
-    """Where each row first falls from positive through zero, in intervals, between points linearly;
-    NaN: nowhere."""
+    """Where each row first falls from positive through zero, (n,) in intervals, between points
+    linearly; NaN: nowhere.
+
+    Parameters:
+        values: Series (n, p) at equidistant instants.
+    """
     falls: NDArray[np.bool_] = (values[:, :-1] > 0) & (values[:, 1:] <= 0)
     rows, first = np.arange(len(values)), np.argmax(falls, axis=1)
     before, after = values[rows, first], values[rows, first + 1]

@@ -32,10 +32,13 @@ class ContactPulse:
     shape: Shape
 
     def force_at(self, phase: Floats) -> Floats:
-        """Force (N, n x p) at phases (p,) of the contact, 0 its begin and 1 its end, both exactly
-        without force.
+        """Force (N, (n, p)), without force exactly at begin and end of the contact.
 
-        Raises `ValueError` for a phase outside of [0, 1].
+        Parameters:
+            phase: Phases of the contact (p,), 0 its begin and 1 its end.
+
+        Raises:
+            ValueError: For a phase outside of [0, 1].
         """
         if not np.all((phase >= 0) & (phase <= 1)):
             raise ValueError(
@@ -45,7 +48,11 @@ class ContactPulse:
         return np.where(inside, self.peak_force_n[:, None] * self.shape(phase), 0.0)
 
     def force_n(self, points: int = 20) -> Floats:
-        """Force (N, n x points) at equidistant instants of the contact, both ends included."""
+        """Force (N, (n, points)) at equidistant instants of the contact, both ends included.
+
+        Parameters:
+            points: Number of instants; 20 by default.
+        """
         return self.force_at(np.linspace(0.0, 1.0, points))
 
 

@@ -25,7 +25,13 @@ from .restitution_laws import LEAST
 def out_of_domain(
     strikes: ImpactBatch, pulse: ContactPulse, effects: frozenset[str]
 ) -> list[tuple[OutOfDomain, ...]]:
-    """For each strike; what one of the effects (by id) takes into account is not told."""
+    """For each strike, what of it lies outside of what a law was made for.
+
+    Parameters:
+        strikes: n impacts.
+        pulse: The n pulses of the law.
+        effects: Ids of the effects that act; what one of them takes into account is not told.
+    """
     checks = [
         _restitution(pulse),
         _yield(strikes) if "contact.plastic_yield" not in effects else {},
@@ -179,19 +185,33 @@ class LawContact:
         """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and
         higher by a log-normal factor: its impulse is the mean one's.
 
-        Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of
-        another shape.
+        Parameters:
+            strikes: n impacts.
+            z: Standard normal numbers (n, normals) of random pulses; by default None, for the mean
+                ones.
+
+        Raises:
+            MissingQuantityError: For what these strikes do not tell.
+            ValueError: For a `z` of another shape.
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
     def pulses_on_plate(
         self, solver: ImpactSolver, strikes: ImpactBatch, z: Floats | None = None
     ) -> ForcePulses:
-        """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it
-        knows.
+        """As `pulses`, of Hertz' impacts on a plate that a solver knows.
 
-        `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises
-        `ValueError` for another law than "hertz", and as `pulses`.
+        `contact.plate_compliance` does not act: the solver's plate stands in its place.
+
+        Parameters:
+            solver: Gives the mean pulses of impacts on its plate.
+            strikes: n impacts.
+            z: Standard normal numbers (n, normals) of random pulses; by default None, for the mean
+                ones.
+
+        Raises:
+            MissingQuantityError: As `pulses`.
+            ValueError: For another law than "hertz", and as `pulses`.
         """
         if self.law != "hertz":
             raise ValueError(
@@ -205,8 +225,15 @@ class LawContact:
         return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
-        """Restitution that had to be clipped, impacts that yield and a layer that the law does not
-        know."""
+        """For each strike: restitution that had to be clipped, impacts that yield and a layer that
+        the law does not know.
+
+        Parameters:
+            strikes: n impacts.
+
+        Raises:
+            MissingQuantityError: As `pulses`.
+        """
         return out_of_domain(
             strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects)
         )

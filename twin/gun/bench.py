@@ -58,12 +58,26 @@ class GunBench:
         return float(self.tank_volume_m3 * growth * exprel((1 - self.heat_capacity_ratio) * growth))
 
     def friction_work_j(self, bullet_mass_kg: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Work of eq. 2.13 over the travel, shape of the masses."""
+        """Work of eq. 2.13 over the travel, shape of the masses.
+
+        Parameters:
+            bullet_mass_kg: Masses of bullets, an array of any shape.
+        """
         return self.friction_coefficient * STANDARD_GRAVITY_M_S2 * self.travel_m * bullet_mass_kg
 
 
 def checked(name: str, value: ArrayLike, *, zero_allowed: bool = False) -> NDArray[np.float64]:
-    """`value` as float64, or `ValueError` naming the first entry that is out of range."""
+    """A quantity as float64, of the shape given.
+
+    Parameters:
+        name: What the quantity is called in the message.
+        value: A number or an array of any shape.
+        zero_allowed: Whether 0 is accepted too; by default only positive values are.
+
+    Raises:
+        ValueError: For an entry that is out of range or not finite; the message names the first
+            one.
+    """
     values = np.asarray(value, dtype=np.float64)
     good = np.isfinite(values) & ((values >= 0) if zero_allowed else (values > 0))
     if not np.all(good):

@@ -76,7 +76,11 @@ class VelocityShots:
         return int(np.size(self.measured_m_s))
 
     def beside(self, other: Self) -> Self:
-        """These and others."""
+        """These and others.
+
+        Parameters:
+            other: The shots that are put after these.
+        """
         return type(self)(
             *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in vars(self))
         )
@@ -140,7 +144,13 @@ class VelocityPosterior:
 
     @classmethod
     def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
-        """The guns after the shots."""
+        """The guns after the shots.
+
+        Parameters:
+            guns: K guns that the bench may be, before any shot.
+            shots: Measured shots of the bench.
+            sensors: The sensors' stated errors, of which the shots' readings are freed.
+        """
         (settings, x), rng = _Settings.of(shots, guns, sensors), np.random.default_rng(0)
         kernel, count = _kernel(settings, settings.pressure_pa, settings.mass_kg), len(guns)
         pairs, weights = _pairs(settings, x, kernel)
@@ -172,8 +182,16 @@ class VelocityPosterior:
     def velocities(
         self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain
     ) -> tuple[MemberVelocities, Floats]:
-        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of
-        the logarithm of one shot."""
+        """How fast the guns are at n settings, moved to where the shots are.
+
+        Parameters:
+            pressure_pa: True gauge pressures of the tank (n,).
+            mass_kg: Masses of the bullets (n,).
+            sensors: The sensors' stated errors.
+
+        Returns:
+            As `GunPrior.velocities`, and standard deviations (K, n) of the logarithm of one shot.
+        """
         members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
         x = members.log
         kernel = _kernel(self.settings, pressure_pa, mass_kg)

@@ -32,16 +32,26 @@ Status = Literal["left", "stopped in the barrel", "did not start"]
 def muzzle_velocity(
     bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike
 ) -> NDArray[np.float64]:
-    """Muzzle velocity (m/s), broadcast over gauge pressures (Pa) and masses (kg): eq. 2.16 and
-    2.18.
+    """Muzzle velocity (m/s), broadcast over pressures and masses.
 
-    The work integral, times eta for v:
-    m v^2 / 2 = Q0 V0 / (gamma - 1) [1 - (V0 / (V0 + A L))^(gamma - 1)] - mu m g L.
+    The work integral, times eta for v: m v^2 / 2 = Q0 V0 / (gamma - 1) [1 - (V0 / (V0 + A
+    L))^(gamma - 1)] - mu m g L.
 
     A shot that does not leave the barrel has velocity 0. That is where this work is not positive:
     the net force only falls along the barrel, so a bullet that cannot start, or stops on its way,
-    has no positive work at the end either. Raises `ValueError` for pressures that are negative or
-    not finite, and for masses that are not positive.
+    has no positive work at the end either.
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressure of the tank, a number or an array.
+        bullet_mass_kg: Mass of the bullet, a number or an array that broadcasts with the pressures.
+
+    Raises:
+        ValueError: For pressures that are negative or not finite, and for masses that are not
+            positive and finite.
+
+    Source:
+        Thesis, eq. 2.16 and 2.18.
     """
     pressure = checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True)
     mass = checked("bullet_mass_kg", bullet_mass_kg)
@@ -55,8 +65,16 @@ def tank_pressure_for(
     """Gauge pressure (Pa) that gives a muzzle velocity: `muzzle_velocity` solved for it,
     broadcasting.
 
-    At velocity 0 it is the pressure above which a bullet leaves the barrel. Raises as
-    `muzzle_velocity` does.
+    Parameters:
+        bench: The gun.
+        muzzle_velocity_m_s: Velocity that is wanted, a number or an array; at 0 the result is the
+            pressure above which a bullet leaves the barrel.
+        bullet_mass_kg: Mass of the bullet, a number or an array that broadcasts with the
+            velocities.
+
+    Raises:
+        ValueError: For velocities that are negative or not finite, and for masses that are not
+            positive and finite.
     """
     velocity = checked("muzzle_velocity_m_s", muzzle_velocity_m_s, zero_allowed=True)
     mass = checked("bullet_mass_kg", bullet_mass_kg)
@@ -85,8 +103,20 @@ class Trajectory:
 def trajectory(
     bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, *, points: int = 200
 ) -> Trajectory:
-    """Eq. 2.17 integrated to the vent holes, or to where friction stops it. Raises as
-    `muzzle_velocity`."""
+    """The motion of one bullet to the vent holes, or to where friction stops it.
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressure of the tank.
+        bullet_mass_kg: Mass of the bullet.
+        points: Number of points of the trajectory, in equal steps of time; 200 by default.
+
+    Raises:
+        ValueError: As `muzzle_velocity`.
+
+    Source:
+        Thesis, eq. 2.17, integrated.
+    """
     pressure = float(checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True))
     mass = float(checked("bullet_mass_kg", bullet_mass_kg))
     drag = bench.friction_coefficient * STANDARD_GRAVITY_M_S2
@@ -149,9 +179,16 @@ def _integrate(
 
 
 def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:
-    """2 c0 / (gamma - 1): of a gas that expands into a vacuum from rest (Courant and Friedrichs,
-    Supersonic Flow and Shock Waves, section 39); 1,716 m/s for air of a room. Infinite for an
-    isothermal gas."""
+    """2 c0 / (gamma - 1): of a gas that expands into a vacuum from rest; 1,716 m/s for air of a
+    room. Infinite for an isothermal gas.
+
+    Parameters:
+        heat_capacity_ratio: gamma of the gas, 1 or more; 1 is isothermal.
+        temperature_k: Absolute temperature of the gas at rest.
+
+    Source:
+        Courant and Friedrichs, Supersonic Flow and Shock Waves, section 39.
+    """
     speed_of_sound = math.sqrt(heat_capacity_ratio * GAS_CONSTANT * temperature_k)
     return math.inf if heat_capacity_ratio == 1 else 2 * speed_of_sound / (heat_capacity_ratio - 1)
 
@@ -165,7 +202,16 @@ def barrel_work_j(
 
     W = max over V of (Q0 + B) V0 ln(V / V0) - B (V - V0), V up to V0 + A L; with B = 0 Q0 V0 ln(1 +
     A L / V0). Where the barrel is long the largest W is the energy of the tank's gas in its
-    surroundings (exergy: Moran and Shapiro, ch. 7).
+    surroundings.
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Q0, gauge pressure of the tank, a number or an array.
+        opposing_pressure_pa: B, absolute pressure ahead of the bullet, a number or an array; 0 for
+            a vacuum.
+
+    Source:
+        Exergy: Moran and Shapiro, ch. 7.
     """
     gauge, ahead = (
         np.asarray(tank_pressure_pa, dtype=np.float64),
@@ -184,8 +230,16 @@ def barrel_work_j(
 def refuse_faster_than_gas(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats
 ) -> None:
-    """Raises `ValueError` for the first of n settings at which eq. 2.16 and 2.18 give more than the
-    escape speed."""
+    """Refuses settings at which eq. 2.16 and 2.18 give more than the escape speed of the gas.
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressures of the tank (n,).
+        bullet_mass_kg: Masses of the bullets (n,).
+
+    Raises:
+        ValueError: For the first such setting.
+    """
     velocity = muzzle_velocity(bench, tank_pressure_pa, bullet_mass_kg)
     most = escape_speed_m_s(bench.heat_capacity_ratio, ROOM_K)
     for first in np.flatnonzero(velocity > most)[:1]:
@@ -201,14 +255,28 @@ def beyond_energy(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
 ) -> NDArray[np.bool_]:
     """Which of n measured shots have more energy than the gas of the tank can do work along the
-    barrel."""
+    barrel, (n,).
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressures of the tank (n,).
+        bullet_mass_kg: Masses of the bullets (n,).
+        velocity_m_s: Measured velocities (n,).
+    """
     return excess_velocity(bench, tank_pressure_pa, bullet_mass_kg, velocity_m_s) > 0
 
 
 def excess_velocity(
     bench: GunBench, tank_pressure_pa: Floats, bullet_mass_kg: Floats, velocity_m_s: Floats
 ) -> Floats:
-    """ln of measured velocities (n,) over the fastest that the gas of the tank can give by its work
-    in the barrel."""
+    """ln of measured velocities over the fastest that the gas of the tank can give by its work in
+    the barrel, (n,).
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressures of the tank (n,).
+        bullet_mass_kg: Masses of the bullets (n,).
+        velocity_m_s: Measured velocities (n,).
+    """
     work = np.maximum(barrel_work_j(bench, tank_pressure_pa, 0.0), np.finfo(np.float64).tiny)
     return np.asarray(np.log(velocity_m_s) - np.log(2 * work / bullet_mass_kg) / 2)

@@ -64,7 +64,11 @@ class MemberVelocities:
     amplification: Floats
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """Some of the guns."""
+        """Some of the guns.
+
+        Parameters:
+            rows: Their row numbers, which may repeat.
+        """
         return type(self)(
             self.log[rows], self.least[rows], self.most[rows], self.amplification[rows]
         )
@@ -100,7 +104,13 @@ class GunPrior:
     def velocities(
         self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain
     ) -> MemberVelocities:
-        """For pressures (n,), freed of the sensors' stated errors, and masses (n,)."""
+        """How fast each of the K guns is at n settings.
+
+        Parameters:
+            pressure_pa: Gauge pressures of the tank (n,), freed of the sensors' stated errors.
+            bullet_mass_kg: Masses of the bullets (n,).
+            sensors: The sensors' stated errors; those that it states are not drawn for the guns.
+        """
         stated = {effect.id for effect in sensors.effects}
         offset, pressure_gain, velocity_gain = (
             0.0 if f"sensor.{name}" in stated else error[:, None]
@@ -128,7 +138,11 @@ class GunPrior:
         )
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """Some of the guns."""
+        """Some of the guns.
+
+        Parameters:
+            rows: Their row numbers, which may repeat.
+        """
         return replace(
             self,
             effects=tuple(effect.take(rows) for effect in self.effects),
@@ -199,7 +213,16 @@ def gun_prior(
     profile: ValveProfile | None = None,
 ) -> GunPrior:
     """The guns that a bench with stated effects may be, always the same, also with another profile
-    of the valve."""
+    of the valve.
+
+    Parameters:
+        bench: The gun as it is stated.
+        stated: Effects whose parameters are known; all others of the catalogue are drawn.
+        members: K, the number of guns; 256 by default.
+        seed: Seed of the random numbers; 0 by default.
+        profile: The valve's position over time, in every shot; by default None, where none is
+            stated.
+    """
     if profile is not None:
         guns = gun_prior(bench, stated, members, seed)
         return replace(guns, profile=profile, _shares=np.full(guns._shares.shape, np.nan))

@@ -100,7 +100,11 @@ class ShotInputs:
         return np.asarray(energy / self.volume_m3)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """Some of the shots."""
+        """Some of the shots.
+
+        Parameters:
+            rows: Their row numbers.
+        """
         values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
         some = {
             name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)
@@ -108,8 +112,15 @@ class ShotInputs:
         return replace(self, **cast(dict[str, Any], some))
 
     def but(self, **changed: ArrayLike) -> Self:
-        """The same with other values, one for all or one for each. Raises `ValueError` for the
-        wrong number of them."""
+        """The same with other values.
+
+        Parameters:
+            changed: The new value of a field by its name, SI: one for all shots, or one for each
+                (n,).
+
+        Raises:
+            ValueError: For the wrong number of values.
+        """
         arrays: dict[str, Any] = {
             name: self._for_each(name, value) for name, value in changed.items()
         }
@@ -128,9 +139,15 @@ class ShotInputs:
 def nominal_shot(
     bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike
 ) -> ShotInputs:
-    """Shots of the nominal gun: pressures (gauge) and masses broadcast to (n,).
+    """Shots of the nominal gun: pressures and masses broadcast to (n,).
 
-    Raises `ValueError` as `muzzle_velocity` does, and for more than one dimension.
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressure of the tank, a number or an array (n,).
+        bullet_mass_kg: Mass of the bullet, a number or an array (n,).
+
+    Raises:
+        ValueError: As `muzzle_velocity`, and for more than one dimension.
     """
     pressure, mass = np.broadcast_arrays(
         checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True),
@@ -175,7 +192,12 @@ def profile_table(profiles: Sequence[ValveProfile | None]) -> Floats:
     """Moments and positions of n profiles, (n, 2, k) for the longest of k points; shorter ones
     repeat their last point.
 
-    A shot without a profile has NaN.
+    Parameters:
+        profiles: How the valve is opened and closed, for each shot; None for a shot without a
+            profile, which has NaN.
+
+    Returns:
+        For each shot a row of moments in s and a row of positions, 0 (shut) to 1 (open).
     """
     longest = max((len(profile.time_s) for profile in profiles if profile is not None), default=0)
     table = np.full((len(profiles), 2, longest), np.nan)
@@ -217,15 +239,35 @@ class GunEffect(Effect):
     moves: ClassVar[bool] = False
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
-        """The shot with other quantities. The result must not hang on the order of effects."""
+        """The shot with other quantities. The result must not hang on the order of effects.
+
+        Parameters:
+            shot: n shots, as effects before this one have changed them.
+        """
         return shot
 
     def resistance_n(self, shot: ShotInputs, instant: Instant) -> Floats | float:  # noqa: ARG002
-        """A force against the motion, not negative; 0 at rest."""
+        """A force against the motion, not negative; 0 at rest.
+
+        Parameters:
+            shot: n shots.
+            instant: Where each shot is now, arrays (n,) or (m, n).
+
+        Returns:
+            One force for all, or an array of the shape of the instant.
+        """
         return 0.0
 
     def leak_kg_s(self, shot: ShotInputs, instant: Instant) -> Floats | float:  # noqa: ARG002
-        """Gas that escapes from behind the projectile; negative where it comes in."""
+        """Gas that escapes from behind the projectile; negative where it comes in.
+
+        Parameters:
+            shot: n shots.
+            instant: Where each shot is now, arrays (n,) or (m, n).
+
+        Returns:
+            One flow for all, or an array of the shape of the instant.
+        """
         return 0.0
 
     @classmethod
@@ -237,13 +279,21 @@ class GunEffect(Effect):
         )
 
     def off(self, shots: int) -> NDArray[np.bool_]:
-        """(n,): where every parameter has the value at which the effect does nothing."""
+        """(n,): where every parameter has the value at which the effect does nothing.
+
+        Parameters:
+            shots: n, the number of shots.
+        """
         result = np.ones(shots, dtype=bool)
         for item in self.parameters():
             result &= np.asarray(getattr(self, item.name)) == item.off
         return result
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        """The effect on some of the shots."""
+        """The effect on some of the shots.
+
+        Parameters:
+            rows: Their row numbers.
+        """
         values = {item.name: np.asarray(getattr(self, item.name)) for item in self.parameters()}
         return replace(self, **{name: value[rows] for name, value in values.items() if value.ndim})

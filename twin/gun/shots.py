@@ -34,7 +34,12 @@ _PHASES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
 def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
-    """W at positions (..., n)."""
+    """W at positions along the barrel, (..., n).
+
+    Parameters:
+        shot: n shots.
+        position_m: x of the projectile from its place at rest, (..., n).
+    """
     from scipy.special import exprel
 
     growth = np.log1p(shot.area_m2 * position_m / shot.volume_m3)
@@ -51,21 +56,33 @@ def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
 
 
 def starting_force_n(shot: ShotInputs) -> Floats:
-    """On the projectile at rest, (n,)."""
+    """On the projectile at rest, (n,).
+
+    Parameters:
+        shot: n shots.
+    """
     return np.asarray(
         (shot.filled_pressure_pa - shot.opposing_pressure_pa) * shot.area_m2 - shot.friction_n
     )
 
 
 def ideal_velocity_m_s(shot: ShotInputs) -> Floats:
-    """At the vent holes, (n,), without the efficiency; 0 for a shot that does not get there."""
+    """At the vent holes, (n,), without the efficiency; 0 for a shot that does not get there.
+
+    Parameters:
+        shot: n shots.
+    """
     return np.asarray(
         np.sqrt(np.maximum(2 * net_work_j(shot, shot.travel_m) / shot.bullet_mass_kg, 0.0))
     )
 
 
 def travel_time_s(shot: ShotInputs) -> Floats:
-    """Until the vent holes, (n,), for shots that get there: the integral of dx / v."""
+    """Until the vent holes, (n,): the integral of dx / v.
+
+    Parameters:
+        shot: n shots that get there.
+    """
     phases = _PHASES[:, None]
     energy = net_work_j(shot, shot.travel_m * phases**2)
     speed = np.sqrt(2 * energy / shot.bullet_mass_kg)
@@ -77,10 +94,13 @@ _WAY = np.linspace(0.0, 1.0, 129)
 
 
 def earlier_pressures_pa(shot: ShotInputs, leads_s: Floats) -> Floats:
-    """The law's tank pressure at moments (n, m) before the exit of shots that get there, eq. 2.15
-    along the way.
+    """The law's tank pressure at moments before the exit, (n, m), eq. 2.15 along the way.
 
     What is before the start is as at the start, when tank and dead volume are filled.
+
+    Parameters:
+        shot: n shots that get to the vent holes.
+        leads_s: How long before the exit each of the m moments of a shot is, (n, m), 0 or more.
     """
     energy = net_work_j(shot, shot.travel_m * _WAY[1:, None] ** 2)
     slowness = np.empty((_WAY.size, len(shot)))  # dt / ds, which is finite at rest
@@ -131,7 +151,12 @@ class GunShots:
         return np.asarray(self.status == Status.LEFT)
 
     def put(self, rows: NDArray[np.intp], others: GunShots) -> None:
-        """Writes others into some rows."""
+        """Writes others into some rows.
+
+        Parameters:
+            rows: Row numbers, one for each of the others.
+            others: The shots that are written, with as many moments of the tank's pressure.
+        """
         self.velocity_m_s[rows], self.exit_time_s[rows] = others.velocity_m_s, others.exit_time_s
         self.status[rows], self.tank_pressure_pa[rows] = others.status, others.tank_pressure_pa
 
@@ -157,10 +182,21 @@ class Readings:
         return bool(np.any(self.leads_s < 0))
 
     def take(self, rows: NDArray[np.intp]) -> Readings:
+        """The moments of some of the shots.
+
+        Parameters:
+            rows: Their row numbers.
+        """
         return replace(self, leads_s=self.leads_s[rows])
 
     def put_later(self, law_pa: Floats, at_exit: GasAtExit, exit_s: Floats) -> None:
-        """Writes the law's pressures after the exit into those (n, m) of all moments."""
+        """Writes the law's pressures after the exit into those of all moments.
+
+        Parameters:
+            law_pa: Pressures at all moments (n, m), which are changed in place.
+            at_exit: The gas of the n shots as the projectile leaves.
+            exit_s: When the projectile leaves, (n,), from the opening of the valve on.
+        """
         for column in np.flatnonzero((self.leads_s < 0).any(axis=0)):
             after_s = np.maximum(-self.leads_s[:, column], 0.0)
             pressures_pa = at_exit.tank_pa_after(after_s, exit_s, self.outlet_area_m2)
@@ -179,20 +215,34 @@ def gun_velocity(
     before_exit_s: ArrayLike | None = None,
     outlet_area_m2: float | None = None,
 ) -> GunShots:
-    """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what
-    effects do to it.
+    """Shots broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
 
-    `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it.
-    The bench's efficiency still stands before the velocity: it is 1 where effects say where the
-    losses are. In closed form without effects and where they only prepare the shot. `coarser`: a
-    factor on the error that a step of the integration may make. `valve_profiles`, n of them, say
-    how the valve of `gun.valve_flow` is opened and closed, in place of that effect's opening time;
-    None for a shot leaves that to the effect. Where the effects give no valve, a profile acts on
-    one as wide as the bore that loses one dynamic head. `before_exit_s` (n, m): how long before the
-    exit the pressure of the tank is asked for; negative: after it, for a barrel whose vent holes
-    and muzzle have an area of flow of `outlet_area_m2` together (`emptying`). Raises `ValueError`
-    as `muzzle_velocity` does, for an effect given twice and for parameters or profiles that are not
-    one or n; `TypeError` for another stage's effect.
+    In closed form without effects and where they only prepare the shot. The bench's efficiency
+    still stands before the velocity: it is 1 where effects say where the losses are.
+
+    Parameters:
+        bench: The gun.
+        tank_pressure_pa: Gauge pressure of the tank, a number or an array (n,).
+        bullet_mass_kg: Mass of the bullet, a number or an array (n,).
+        effects: Effects of the gun, each at most once, with parameters that are one number or (n,);
+            none by default.
+        coarser: A factor on the error that a step of the integration may make; 1 by default.
+        travel_m: Way to the vent holes, one for all or (n,), where projectiles differ in it; by
+            default None, that of the bench.
+        valve_profiles: How the valve of `gun.valve_flow` is opened and closed, n of them, in place
+            of that effect's opening time; None for a shot leaves that to the effect. Where the
+            effects give no valve, a profile acts on one as wide as the bore that loses one dynamic
+            head. By default None, no profile for any shot.
+        before_exit_s: How long before the exit the pressure of the tank is asked for, (n, m);
+            negative: after it. By default None, no pressures.
+        outlet_area_m2: Area of flow of the barrel's vent holes and muzzle together (`emptying`),
+            for moments after the exit; by default None, where there are none.
+
+    Raises:
+        ValueError: As `muzzle_velocity`, for an effect given twice, for parameters or profiles that
+            are not one or n, for moments of another shape, and for moments after the exit without a
+            positive outlet.
+        TypeError: For another stage's effect.
     """
     shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
     if travel_m is not None:

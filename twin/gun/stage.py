@@ -88,8 +88,15 @@ class GunStage:
 
     def velocities(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
         """The central true velocities of impact (n,), m/s: medians of the guns whose bullet leaves
-        the barrel; 0 where fewer than one in twenty does. Raises `ValueError` where eq. 2.16 gives
-        more than the escape speed of the gas.
+        the barrel; 0 where fewer than one in twenty does.
+
+        Parameters:
+            settings: n settings of the bench; one that gives the velocity of impact keeps it.
+            sensors: The sensors' stated errors, of which the readings of the tank's pressure are
+                freed.
+
+        Raises:
+            ValueError: Where eq. 2.16 gives more than the escape speed of the gas.
         """
         velocity = _given_velocities(settings)
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
@@ -102,8 +109,18 @@ class GunStage:
     def velocity_draws(
         self, settings: Sequence[Setting], sensors: SensorChain, z: Floats
     ) -> Floats:
-        """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all
-        settings, and 0 where its bullet stays in the barrel. Raises as `velocities`."""
+        """Random true velocities (d, n), m/s: a draw is one gun for all settings, and 0 where its
+        bullet stays in the barrel.
+
+        Parameters:
+            settings: n settings of the bench; one that gives the velocity of impact keeps it.
+            sensors: The sensors' stated errors, of which the readings of the tank's pressure are
+                freed.
+            z: Standard normal numbers (d, normals) of d draws.
+
+        Raises:
+            ValueError: As `velocities`.
+        """
         velocity = np.tile(_given_velocities(settings), (len(z), 1))
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
@@ -115,7 +132,16 @@ class GunStage:
         return velocity
 
     def leaving(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
-        """Probability (n,) that the bullet leaves the barrel; 1 where the velocity is given."""
+        """Probability (n,) that the bullet leaves the barrel; 1 where the velocity is given.
+
+        Parameters:
+            settings: n settings of the bench.
+            sensors: The sensors' stated errors, of which the readings of the tank's pressure are
+                freed.
+
+        Raises:
+            ValueError: As `velocities`.
+        """
         probability = np.ones(len(settings))
         for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
@@ -133,8 +159,18 @@ class GunStage:
         measured_m_s: ArrayLike,
         measured_u_m_s: ArrayLike | None = None,
     ) -> GunStage:
-        """The stage after more measured shots (n,), n of 1 or more: readings of the tank's pressure
-        (gauge), masses, velocities and their standard uncertainties. Raises as `VelocityShots`."""
+        """The stage after more measured shots, n of 1 or more.
+
+        Parameters:
+            tank_pressure_pa: Readings of the tank's pressure (n,), gauge.
+            bullet_mass_kg: Masses of the bullets (n,).
+            measured_m_s: Measured velocities (n,).
+            measured_u_m_s: Standard uncertainties of the velocities (n,); by default None, which
+                stands for 0.
+
+        Raises:
+            ValueError: As `VelocityShots`.
+        """
         measured = np.atleast_1d(np.asarray(measured_m_s, dtype=np.float64))
         uncertainty = np.zeros(measured.size) if measured_u_m_s is None else measured_u_m_s
         given = (tank_pressure_pa, bullet_mass_kg, measured, uncertainty)
@@ -150,7 +186,11 @@ class GunStage:
     def extrapolation(self, settings: Sequence[Setting]) -> list[tuple[Extrapolation, ...]]:
         """For each setting, which of tank pressure and bullet mass lie beyond those of the shots
         that were learned from; empty within them, where the velocity is given, and where nothing
-        was learned."""
+        was learned.
+
+        Parameters:
+            settings: n settings of the bench.
+        """
         return [
             () if self.shots is None else _extrapolations(setting, self.shots)
             for setting in settings
@@ -176,8 +216,14 @@ class GunStage:
     def fired(
         self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None
     ) -> Floats:
-        """Velocities (n,) of true tank pressures and bullets by the stated effects alone, with a
-        profile of the valve where one is stated."""
+        """Velocities (n,) by the stated effects alone, m/s.
+
+        Parameters:
+            tank_pressure_pa: True pressures of the tank (n,), gauge.
+            bullet_mass_kg: Masses of the bullets (n,).
+            profile: The valve's position over time, of all shots; by default None, where none is
+                stated.
+        """
         from .shots import gun_velocity
 
         profiles = None if profile is None else [profile] * np.size(tank_pressure_pa)
