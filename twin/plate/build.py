@@ -22,7 +22,11 @@ class DampingLaw(Protocol):
     hashable."""
 
     def ratios(self, frequency_hz: Floats) -> Floats:
-        """(m,) at modes (m,), rigid ones at 0 Hz among them."""
+        """Damping ratios (m,), 1 being critical.
+
+        Parameters:
+            frequency_hz: Frequencies of modes (m,), rigid ones at 0 Hz among them.
+        """
         ...
 
 
@@ -42,6 +46,11 @@ class ConstantDamping:
             raise ValueError(f"ratio = {self.ratio!r}: expected 0 to below 1")
 
     def ratios(self, frequency_hz: Floats) -> Floats:
+        """The same ratio for all modes, (m,).
+
+        Parameters:
+            frequency_hz: Frequencies of modes (m,).
+        """
         return np.full(frequency_hz.shape, self.ratio)
 
 
@@ -72,6 +81,11 @@ class RayleighDamping:
             )
 
     def ratios(self, frequency_hz: Floats) -> Floats:
+        """Damping ratios (m,); 0 for rigid modes.
+
+        Parameters:
+            frequency_hz: Frequencies of modes (m,), rigid ones at 0 Hz among them.
+        """
         alpha, beta = self._coefficients()
         omega = 2 * np.pi * frequency_hz
         elastic = omega > 0
@@ -110,7 +124,11 @@ class PointSpring:
 
 
 def named_points(points: Mapping[str, Point]) -> tuple[NamedPoint, ...]:
-    """`{"#1": (0.1, 0.2)}` as a plate takes it."""
+    """Points as a plate takes them.
+
+    Parameters:
+        points: Positions (x, y) in m by name, such as `{"#1": (0.1, 0.2)}`.
+    """
     return tuple(NamedPoint(name, (float(x), float(y))) for name, (x, y) in points.items())
 
 

@@ -54,7 +54,14 @@ class ModalPlate:
             )
 
     def point(self, name: str) -> int:
-        """The row of an impact point. Raises `LookupError` that names those there are."""
+        """The row of an impact point.
+
+        Parameters:
+            name: Name of the impact point, such as "#1".
+
+        Raises:
+            LookupError: For a point there is none of; the message names those there are.
+        """
         if name not in self.impact_points:
             raise LookupError(
                 f"no impact position {name!r} on this plate; there are: "
@@ -63,7 +70,14 @@ class ModalPlate:
         return self.impact_points.index(name)
 
     def sensor(self, name: str) -> int:
-        """The row of a sensor. Raises `LookupError` that names those there are."""
+        """The row of a sensor.
+
+        Parameters:
+            name: Name of the sensor.
+
+        Raises:
+            LookupError: For a sensor there is none of; the message names those there are.
+        """
         if name not in self.sensors:
             raise LookupError(
                 f"no sensor {name!r} on this plate; there are: {', '.join(self.sensors)}"
@@ -104,9 +118,15 @@ class PlateEffect(Effect):
                 )
 
     def values(self, name: str, parts: str, count: int) -> Floats:
-        """(count,): a parameter for each of the plate's `parts` ("modes").
+        """(count,): a parameter for each of the plate's modes or sensors.
 
-        Raises `ValueError` for an array of another length.
+        Parameters:
+            name: Name of the parameter.
+            parts: What the message calls the things that it belongs to: "modes", say.
+            count: How many of them the plate has.
+
+        Raises:
+            ValueError: For an array of another length.
         """
         given = np.atleast_1d(np.asarray(getattr(self, name), dtype=np.float64))
         if given.size not in (1, count):
@@ -119,17 +139,33 @@ class PlateEffect(Effect):
         return all(np.all(getattr(self, item.name) == item.off) for item in self.parameters())
 
     def apply(self, plate: ModalPlate) -> ModalPlate:
-        """The modes of the plate under this effect, in rising order."""
+        """The modes of the plate under this effect, in rising order.
+
+        Parameters:
+            plate: The plate without this effect.
+        """
         return plate if self.is_off else self.changed(plate).sorted()
 
     @abstractmethod
     def changed(self, plate: ModalPlate) -> ModalPlate:
-        """The modes where the effect does something, in any order."""
+        """The modes where the effect does something, in any order.
+
+        Parameters:
+            plate: The plate without this effect.
+        """
 
 
 def with_effects(plate: ModalPlate, effects: Iterable[Effect]) -> ModalPlate:
-    """The plate under effects, in the order given. Raises `TypeError` for another stage's,
-    `ValueError` for doubles."""
+    """The plate under effects, in the order given.
+
+    Parameters:
+        plate: The plate without effects.
+        effects: Effects of the plate, each at most once.
+
+    Raises:
+        TypeError: For an effect of another stage.
+        ValueError: For an effect given twice.
+    """
     for effect in checked_effects(effects, PlateEffect):  # type: ignore[type-abstract]
         plate = effect.apply(plate)
     return plate

@@ -31,12 +31,18 @@ _SHEAR_COEFFICIENT = math.pi**2 / 12
 
 
 def mindlin_hz(build: PlateBuild, kirchhoff_hz: Floats) -> Floats:
-    """Frequencies (m,) of Mindlin's plate at the wavenumbers of Kirchhoff's frequencies (m,).
+    """Frequencies (m,) of Mindlin's plate at the wavenumbers of Kirchhoff's plate.
 
     Of Mindlin's two branches the flexural one. Exact for simply supported polygons, where both
-    plates have the shapes of a membrane (Conway, Can. Aeronaut. J. 6, 1960, 263; Wang, J. Vib.
-    Acoust. 116, 1994, 536). An approximation where edges are free or clamped: the near field there
-    is sheared otherwise than the waves are.
+    plates have the shapes of a membrane. An approximation where edges are free or clamped: the near
+    field there is sheared otherwise than the waves are.
+
+    Parameters:
+        build: Thickness and material of the plate.
+        kirchhoff_hz: Frequencies of Kirchhoff's plate (m,).
+
+    Source:
+        Conway, Can. Aeronaut. J. 6, 1960, 263; Wang, J. Vib. Acoust. 116, 1994, 536.
     """
     m, rotary, shear = _inertia_and_shear(build)
     squares = (2 * np.pi * kirchhoff_hz) ** 2
@@ -48,7 +54,12 @@ def mindlin_hz(build: PlateBuild, kirchhoff_hz: Floats) -> Floats:
 
 
 def kirchhoff_hz(build: PlateBuild, mindlin_hz: float) -> float:
-    """The inverse of `mindlin_hz`."""
+    """The inverse of `mindlin_hz`.
+
+    Parameters:
+        build: Thickness and material of the plate.
+        mindlin_hz: A frequency of Mindlin's plate.
+    """
     m, rotary, shear = _inertia_and_shear(build)
     d, x = build.rigidity_n_m, (2 * math.pi * mindlin_hz) ** 2
     half = x * (d * m + rotary * shear) / 2
@@ -57,7 +68,12 @@ def kirchhoff_hz(build: PlateBuild, mindlin_hz: float) -> float:
 
 
 def flexural_wavelength_m(build: PlateBuild, kirchhoff_hz: float) -> float:
-    """Of Kirchhoff's plate."""
+    """Of Kirchhoff's plate.
+
+    Parameters:
+        build: Thickness and material of the plate.
+        kirchhoff_hz: A frequency of that plate.
+    """
     k4 = build.mass_per_area_kg_m2 / build.rigidity_n_m * (2 * math.pi * kirchhoff_hz) ** 2
     return float(2 * math.pi / k4**0.25)
 
@@ -69,8 +85,13 @@ def edge_layer_m(build: PlateBuild) -> float:
     Kirchhoff's plate lets twisting moments end at a free edge in a jump of shear; Mindlin's lets
     them fade over h / pi. To first order in h the twisting energy of that layer is missing: a strip
     of width b twists with a stiffness of G h^3 b / 3 (1 - 2 h / (pi b)), where Saint-Venant has
-    0.630 for 2 / pi (Timoshenko and Goodier, Theory of Elasticity, on torsion of a rectangular
-    bar).
+    0.630 for 2 / pi.
+
+    Parameters:
+        build: The plate, of which the thickness counts.
+
+    Source:
+        Timoshenko and Goodier, Theory of Elasticity, on torsion of a rectangular bar.
     """
     return build.thickness_m / math.sqrt(12 * _SHEAR_COEFFICIENT)
 
@@ -104,10 +125,20 @@ def solve_plate(
 ) -> ModalPlate:
     """All modes from 0 Hz up to a frequency, of Kirchhoff's plate by Argyris' triangles.
 
-    With the correction frequencies are those of Mindlin's plate of the same wavenumber
-    (`mindlin_hz`), and free edges twist as his do (`edge_layer_m`). Rigid modes of what nothing
-    holds are at exactly 0 Hz. Motion in the plane of the plate has no part. Raises `ValueError` for
-    a frequency that is not positive and for points off the plate.
+    Rigid modes of what nothing holds are at exactly 0 Hz. Motion in the plane of the plate has no
+    part.
+
+    Parameters:
+        build: The plate.
+        max_frequency_hz: The highest frequency of a mode.
+        thickness_correction: Whether frequencies are those of Mindlin's plate of the same
+            wavenumber (`mindlin_hz`), and free edges twist as his do (`edge_layer_m`); by default
+            they are.
+        elements_per_wavelength: Least number of triangles in a wavelength of the highest frequency;
+            0.9 by default.
+
+    Raises:
+        ValueError: For a frequency that is not positive and for points off the plate.
     """
     if not (math.isfinite(max_frequency_hz) and max_frequency_hz > 0):
         raise ValueError(f"max_frequency_hz = {max_frequency_hz!r}: expected a positive number")
@@ -187,8 +218,18 @@ _ARRAYS = ("frequency_hz", "damping_ratio", "shape_impact", "shapes")
 def cached_plate(
     build: PlateBuild, max_frequency_hz: float, folder: Path, *, thickness_correction: bool = True
 ) -> ModalPlate:
-    """As `solve_plate`, from `folder` where it has been solved before; a file that cannot be read
-    is solved anew."""
+    """As `solve_plate`, from a file where it has been solved before; a file that cannot be read is
+    solved anew.
+
+    Parameters:
+        build: The plate.
+        max_frequency_hz: The highest frequency of a mode.
+        folder: Where solved plates are kept; it is made where it is missing.
+        thickness_correction: Whether frequencies are those of Mindlin's plate; by default they are.
+
+    Raises:
+        ValueError: As `solve_plate`.
+    """
     path = folder / f"{_key(build, max_frequency_hz, thickness_correction)}.npz"
     try:
         return _load(path)

@@ -20,14 +20,25 @@ Point = tuple[float, float]
 
 
 def area(corners: Floats) -> float:
-    """Of corners (n, 2) in their order; negative where they go clockwise."""
+    """Area of a polygon in the square of the corners' unit; negative where they go clockwise.
+
+    Parameters:
+        corners: Corners (n, 2) in their order.
+    """
     x, y = corners.T
     return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
 
 
 def checked_outline(outline: tuple[Point, ...]) -> None:
-    """Raises `ValueError` for fewer than three corners, numbers that are none, and sides that touch
-    or cross."""
+    """Refuses an outline that is no simple polygon.
+
+    Parameters:
+        outline: Corners (x, y) in m, in their order.
+
+    Raises:
+        ValueError: For fewer than three corners, numbers that are none, and sides that touch or
+            cross.
+    """
     corners = np.array(outline, dtype=np.float64)
     if (
         corners.ndim != 2
@@ -52,15 +63,24 @@ def checked_outline(outline: tuple[Point, ...]) -> None:
 
 def canonical(corners: Floats) -> Floats:
     """The same polygon counter-clockwise from its leftmost (then lowest) corner: one mesh for one
-    plate."""
+    plate.
+
+    Parameters:
+        corners: Corners (n, 2) in their order, either way round.
+    """
     turned = corners if area(corners) > 0 else corners[::-1]
     first = np.lexsort((turned[:, 1], turned[:, 0]))[0]
     return np.roll(turned, -first, axis=0)
 
 
 def with_corners(corners: Floats, extra: Floats) -> Floats:
-    """The polygon with further points (k, 2) of its sides as corners; those that are corners
-    already stay single."""
+    """The polygon with further points of its sides as corners; those that are corners already stay
+    single.
+
+    Parameters:
+        corners: Corners (n, 2) in their order.
+        extra: The further points (k, 2).
+    """
     size = float(np.ptp(corners, axis=0).max())
     for point in extra:
         if np.min(np.linalg.norm(corners - point, axis=1)) < 1e-9 * size:
@@ -115,8 +135,11 @@ class Edge(ABC):
 
     @abstractmethod
     def rows(self, along: Floats) -> Floats:
-        """What is zero at a corner of the mesh, as rows over (w, w_x, w_y, w_xx, w_xy, w_yy);
-        `along` is t (2,)."""
+        """What is zero at a corner of the mesh, as rows over (w, w_x, w_y, w_xx, w_xy, w_yy).
+
+        Parameters:
+            along: t, the unit vector along the edge (2,).
+        """
 
 
 @dataclass(frozen=True)
@@ -126,6 +149,11 @@ class SimplySupported(Edge):
     holds_slope = False
 
     def rows(self, along: Floats) -> Floats:
+        """w, w_t and w_tt, as rows (3, 6).
+
+        Parameters:
+            along: t, the unit vector along the edge (2,).
+        """
         x, y = along
         return np.array(
             [[1, 0, 0, 0, 0, 0], [0, x, y, 0, 0, 0], [0, 0, 0, x * x, 2 * x * y, y * y]]
@@ -139,6 +167,11 @@ class Clamped(SimplySupported):
     holds_slope = True
 
     def rows(self, along: Floats) -> Floats:
+        """w, w_t, w_tt, w_n and w_nt, as rows (5, 6).
+
+        Parameters:
+            along: t, the unit vector along the edge (2,).
+        """
         x, y = along
         slope = np.array([[0, -y, x, 0, 0, 0], [0, 0, 0, -x * y, x * x - y * y, x * y]])
         return np.concatenate([super().rows(along), slope])

@@ -46,7 +46,13 @@ class Recursion:
 
     @classmethod
     def of(cls, frequency_hz: Floats, damping_ratio: Floats, step_s: float) -> Recursion:
-        """For modes (m,) above 0 Hz, damping ratio below 1."""
+        """The rule for each of m modes.
+
+        Parameters:
+            frequency_hz: Frequencies of the modes (m,), above 0 Hz.
+            damping_ratio: Damping ratios of the modes (m,), below 1.
+            step_s: Time between two samples.
+        """
         omega = 2 * np.pi * frequency_hz
         damped = omega * np.sqrt(1 - damping_ratio**2)
         pole = -damping_ratio * omega + 1j * damped
@@ -71,13 +77,25 @@ def respond(
     point: str = "#1",
     sensors: Sequence[str] | None = None,
 ) -> Floats:
-    """Acceleration in m/s2 at the sensors, all unless told: (sensors, n) for a force (n,), (k,
-    sensors, n) for (k, n).
+    """Acceleration at sensors, m/s2.
 
     The plate is at rest at the first sample; between samples the force is straight, and the answer
-    to that is exact. Raises `LookupError` for a point or a sensor that the plate has not,
-    `ValueError` for a force that is not finite and for modes beyond half of the sampling rate
-    (`kept_below`).
+    to that is exact.
+
+    Parameters:
+        plate: The plate.
+        force_n: The force at the impact point (n,), or k of them (k, n).
+        step_s: Time between two samples.
+        point: Name of the impact point; "#1" by default.
+        sensors: Names of the sensors; by default None, all sensors of the plate.
+
+    Returns:
+        Accelerations (sensors, n) for one force, (k, sensors, n) for k forces.
+
+    Raises:
+        LookupError: For a point or a sensor that the plate has not.
+        ValueError: For a force that is not finite and for modes beyond half of the sampling rate
+            (`kept_below`).
     """
     force = np.asarray(force_n, dtype=np.float64)
     if force.ndim not in (1, 2) or not np.all(np.isfinite(force)):
@@ -93,7 +111,12 @@ def respond(
 
 
 def kept_below(plate: ModalPlate, frequency_hz: float) -> ModalPlate:
-    """The plate with its modes below a frequency only."""
+    """The plate with its modes below a frequency only.
+
+    Parameters:
+        plate: The plate with all its modes.
+        frequency_hz: The frequency; a mode at this very frequency is left out.
+    """
     kept = plate.frequency_hz < frequency_hz
     return replace(
         plate,
@@ -105,8 +128,15 @@ def kept_below(plate: ModalPlate, frequency_hz: float) -> ModalPlate:
 
 
 def check_step(plate: ModalPlate, step_s: float) -> None:
-    """Raises `ValueError` for a step that is no positive number, or too long for the plate's
-    highest mode."""
+    """Refuses a step that does not suit a plate.
+
+    Parameters:
+        plate: The plate.
+        step_s: Time between two samples.
+
+    Raises:
+        ValueError: For a step that is no positive number, or too long for the plate's highest mode.
+    """
     if not (math.isfinite(step_s) and step_s > 0):
         raise ValueError(f"step_s = {step_s!r}: expected a positive number")
     highest = float(plate.frequency_hz.max(initial=0.0))
@@ -118,7 +148,16 @@ def check_step(plate: ModalPlate, step_s: float) -> None:
 
 
 def weights(plate: ModalPlate, point: str, sensors: Sequence[str] | None) -> Floats:
-    """Shape at the sensor times shape at the hit, (sensors, m), 1/kg."""
+    """Shape at the sensor times shape at the hit, (sensors, m), 1/kg.
+
+    Parameters:
+        plate: The plate, with m modes.
+        point: Name of the impact point.
+        sensors: Names of the sensors; None for all sensors of the plate.
+
+    Raises:
+        LookupError: For a point or a sensor that the plate has not.
+    """
     rows = [plate.sensor(name) for name in (plate.sensors if sensors is None else sensors)]
     return np.asarray(plate.shapes[rows] * plate.shape_impact[plate.point(point)])
 
@@ -165,7 +204,19 @@ class PlateResponse:
         step_s: float,
         samples: int,
     ) -> Self:
-        """For records of so many samples; raises what `respond` does."""
+        """The answers of a plate under a force at one point.
+
+        Parameters:
+            plate: The plate.
+            point: Name of the impact point.
+            sensors: Names of the sensors; None for all sensors of the plate.
+            step_s: Time between two samples.
+            samples: n, the number of samples of a record, 2 or more.
+
+        Raises:
+            LookupError: As `respond`.
+            ValueError: As `respond`, and for too few samples.
+        """
         if samples < 2:
             raise ValueError(f"samples = {samples}: expected 2 or more")
         unit = np.zeros((2, samples + 1))
@@ -174,10 +225,17 @@ class PlateResponse:
         return cls(np.ascontiguousarray(late[:, 1:]), np.ascontiguousarray(jump[:, :-1]), step_s)
 
     def accelerations(self, force_n: Floats) -> Floats:
-        """(k, sensors, n) under forces (k, p) of p samples, `step_s` apart, at most n; zero after
-        them.
+        """Accelerations under forces, m/s2.
 
-        (sensors, n) under one (p,). Raises `ValueError` for another shape.
+        Parameters:
+            force_n: One force (p,) or k of them (k, p), in samples that are `step_s` apart; p is at
+                most n, and the force is zero after them.
+
+        Returns:
+            Accelerations (sensors, n) for one force, (k, sensors, n) for k forces.
+
+        Raises:
+            ValueError: For another shape, and for a force that is not finite.
         """
         force = np.asarray(force_n, dtype=np.float64)
         samples = self.hat.shape[1]
@@ -267,8 +325,16 @@ def ring(
     force: Floats,
     out: Floats,
 ) -> None:
-    """As `_ring`, for modes (m,) and `weights` (sensors, m) of any number; `out` (k, sensors, n) is
-    added to."""
+    """Adds the sum over modes of weight times Im(w) to an array, for any number of modes.
+
+    Parameters:
+        turn: Factors of the last state of each mode (m,).
+        before: Factors of the force at the last sample (m,).
+        after: Factors of the force at this sample (m,).
+        weights: Shape at the sensor times shape at the hit (sensors, m), 1/kg.
+        force: Forces (k, n), N.
+        out: Accelerations (k, sensors, n), m/s2, which are added to in place.
+    """
     blocks = -(-turn.size // BLOCK)
     padding = blocks * BLOCK - turn.size
     parts = (part for z in (turn, before, after) for part in (z.real, z.imag))

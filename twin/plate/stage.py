@@ -83,8 +83,14 @@ class PlateStage:
         return self.spread.members
 
     def ensemble(self, name: str) -> tuple[ModalPlate, ...]:
-        """The plate itself, then those that it may be as well. Raises `LookupError` naming the
-        plates there are."""
+        """The plate itself, then those that it may be as well.
+
+        Parameters:
+            name: Name of the plate's material, as in `plates`.
+
+        Raises:
+            LookupError: For a plate there is none of; the message names those there are.
+        """
         if name not in self.plates:
             raise LookupError(
                 f"no modes of a plate of {name!r}; there are: {', '.join(self.plates) or 'none'}"

@@ -19,9 +19,14 @@ _POINT = re.compile(r"shape_impact(?:_(\d+))?")
 def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> ModalPlate:
     """A plate from columns of equal length, a mode a row, in any order.
 
-    `frequency_hz`, `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor
-    are as `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other
-    columns have no say. Raises `ValueError` naming the column that is missing or does not fit.
+    Parameters:
+        columns: Values of the modes (m,) by the name of the column. `frequency_hz`,
+            `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor are as
+            `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other
+            columns have no say.
+
+    Raises:
+        ValueError: For a column that is missing or does not fit; the message names it.
     """
     values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
     for name in ("frequency_hz", "damping_ratio", "shape_impact"):
@@ -46,9 +51,14 @@ def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> M
 
 
 def read_modal_table(path: Path) -> ModalPlate:
-    """A plate from a CSV file: UTF-8, comma, semicolon or tab, a header and a mode a row.
+    """A plate from a CSV file.
 
-    Raises `ValueError` naming file, row, column and value, `FileNotFoundError` where there is none.
+    Parameters:
+        path: The file: UTF-8, comma, semicolon or tab, a header and a mode a row.
+
+    Raises:
+        ValueError: For a table that does not fit; the message names file, row, column and value.
+        FileNotFoundError: Where there is no such file.
     """
     try:
         table = HeadedTable.of(table_rows(decode_utf8(path.read_bytes())))

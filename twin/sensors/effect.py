@@ -30,32 +30,56 @@ class SensorEffect(Effect):
     place: ClassVar[int] = 2
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
-        """Gauge pressure in the tank, from the transducer's reading by which the operator sets
-        it."""
+        """Gauge pressure in the tank, from the transducer's reading by which the operator sets it.
+
+        Parameters:
+            reading_pa: What the transducer reads, an array of any shape.
+        """
         return reading_pa
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
-        """What the transducer reads (Pa) of a gauge pressure in the tank. Of an empty tank it may
-        read less than nothing, while `true_pressure_pa` is never below the atmosphere."""
+        """What the transducer reads (Pa). Of an empty tank it may read less than nothing, while
+        `true_pressure_pa` is never below the atmosphere.
+
+        Parameters:
+            pressure_pa: Gauge pressures in the tank, an array of any shape.
+        """
         return pressure_pa
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
-        """What the velocity measurement shows of a true velocity."""
+        """What the velocity measurement shows.
+
+        Parameters:
+            velocity_m_s: True velocities, an array of any shape.
+        """
         return velocity_m_s
 
     def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
-        """The velocity under a reading, m/s; an effect on the velocity has its own inverse."""
+        """The velocity under a reading, m/s; an effect on the velocity has its own inverse.
+
+        Parameters:
+            reading_m_s: What the velocity measurement shows, an array of any shape.
+        """
         return reading_m_s
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
-        """What the force channel shows of a true force (..., n), at rest before it."""
+        """What the force channel shows, (..., n).
+
+        Parameters:
+            force_n: True forces (..., n) in equal steps; the channel is at rest before them.
+            dt_s: Length of a step.
+        """
         return force_n
 
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
-        """The force under a reading (n,).
+        """The force under a reading, (n,).
 
         By going back and forth, which closes in on the force where an effect changes it by less
         than itself.
+
+        Parameters:
+            reading_n: What the force channel shows (n,), in equal steps.
+            dt_s: Length of a step.
         """
         if type(self).measured_force_n is SensorEffect.measured_force_n:
             return reading_n
@@ -66,25 +90,37 @@ class SensorEffect(Effect):
 
     # A hook.
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002
-        """What an accelerometer's channel shows of a true acceleration (..., n), at rest before
-        it."""
+        """What an accelerometer's channel shows, (..., n).
+
+        Parameters:
+            acceleration_m_s2: True accelerations (..., n) in equal steps; the channel is at rest
+                before them.
+            dt_s: Length of a step.
+        """
         return acceleration_m_s2
 
     # A hook.
     def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002
-        """What an accelerometer's channel shows of accelerations A exp(lambda t) with `poles`
-        lambda (K,).
+        """What an accelerometer's channel shows of accelerations A exp(lambda t), as amplitudes.
 
-        Amplitudes A are (k, K), or (1, K) where they are common. Effects without a closed form
-        leave them as they are.
+        Effects without a closed form leave them as they are.
+
+        Parameters:
+            amplitude: A (k, K) for k sensors, or (1, K) where they are common; complex.
+            poles: lambda (K,), complex, 1/s.
         """
         return amplitude
 
 
 def along_first(value: Value, series: Floats) -> Value:
-    """A parameter ready to meet (..., n): an array (k,) gets axes after its own.
+    """A parameter ready to meet series: an array (k,) gets axes after its own.
 
-    `ValueError` for another k, and for one series of (n,): its axis is time.
+    Parameters:
+        value: The parameter, one number or an array (k,).
+        series: Series (k, ..., n); for one number, of any shape.
+
+    Raises:
+        ValueError: For another k, and for an array with one series of (n,), whose axis is time.
     """
     if isinstance(value, float | int) or np.ndim(value) == 0:
         return float(value)
@@ -100,11 +136,18 @@ Design = Callable[..., tuple[Floats, Floats]]
 
 
 def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
-    """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with
-    the first axis.
+    """Series filtered from rest, (..., n).
 
-    A filter is designed once for all rows that share its parameters. `ValueError` for arrays of
-    another k.
+    A filter is designed once for all rows that share its parameters.
+
+    Parameters:
+        series: Series (..., n) in equal steps.
+        design: Gives the coefficients (b, a) of the filter for the parameters of one row.
+        parameters: What the design takes, one number each, or arrays (k,) that go with the first
+            axis.
+
+    Raises:
+        ValueError: For arrays of another k.
     """
     from scipy.signal import lfilter
 
