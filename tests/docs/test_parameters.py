@@ -107,7 +107,7 @@ WITHOUT = {
     "doe": 89,
     "dataset": 46,
     "training": 138,
-    "twin": 54,
+    "twin": 0,
     "diagnosis": 143,
     "validation": 29,
     "virtualbench": 63,

@@ -176,8 +176,8 @@ class ContactEffect(Effect):
 
 
 def bodies_of(strikes: ImpactBatch) -> Bodies:
-    """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials
-    tell their own.
+    """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where they are
+    known for all materials.
 
     Parameters:
         strikes: n impacts.

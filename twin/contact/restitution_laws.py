@@ -121,7 +121,7 @@ def weir_tallon(bodies: Bodies) -> Restitution:
     Erratum: eq. 1.15 prints the compliance 1/E* to the power -1/2; only +1/2 makes e a pure number,
     and is in line with Johnson's 3.8 (Y / E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8) (Contact Mechanics,
     1985, eq. 11.37), which for a sphere is this with 3.47 for 3.1. It holds for fully plastic
-    impacts; slower ones and soft tips give more than 1, which is clipped and told.
+    impacts; slower ones and soft tips give more than 1, which is clipped and reported.
 
     Parameters:
         bodies: n impacts.

@@ -30,7 +30,7 @@ def out_of_domain(
     Parameters:
         strikes: n impacts.
         pulse: The n pulses of the law.
-        effects: Ids of the effects that act; what one of them takes into account is not told.
+        effects: Ids of the effects that act; what one of them takes into account is left out.
     """
     checks = [
         _restitution(pulse),

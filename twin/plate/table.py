@@ -23,7 +23,7 @@ def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> M
         columns: Values of the modes (m,) by the name of the column. `frequency_hz`,
             `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor are as
             `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other
-            columns have no say.
+            columns are ignored.
 
     Raises:
         ValueError: For a column that is missing or does not fit; the message names it.

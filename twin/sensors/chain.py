@@ -39,7 +39,7 @@ class SensorChain:
         return cls(tuple(sorted(given, key=lambda each: (each.place, each.id))))
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
-        """Gauge pressures from readings: the chain walked backwards.
+        """Gauge pressures from readings: the effects are undone in reverse order.
 
         Parameters:
             reading_pa: What the transducer reads, an array of any shape.
@@ -49,7 +49,7 @@ class SensorChain:
         )
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
-        """Readings of gauge pressures, below nothing too.
+        """Readings of gauge pressures, which may be negative.
 
         Parameters:
             pressure_pa: Gauge pressures in the tank, an array of any shape.
@@ -69,7 +69,7 @@ class SensorChain:
         )
 
     def true_velocity_m_s(self, reading_m_s: Floats) -> Floats:
-        """Velocities from readings: the chain walked backwards.
+        """Velocities from readings: the effects are undone in reverse order.
 
         Parameters:
             reading_m_s: What the velocity measurement shows, an array of any shape.
@@ -88,7 +88,7 @@ class SensorChain:
         return reduce(lambda value, each: each.measured_force_n(value, dt_s), self.effects, force_n)
 
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
-        """Forces from readings: the chain walked backwards.
+        """Forces from readings: the effects are undone in reverse order.
 
         Parameters:
             reading_n: What the force channel shows (n,), in equal steps.

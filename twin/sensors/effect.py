@@ -38,7 +38,7 @@ class SensorEffect(Effect):
         return reading_pa
 
     def measured_pressure_pa(self, pressure_pa: Floats) -> Floats:
-        """What the transducer reads (Pa). Of an empty tank it may read less than nothing, while
+        """What the transducer reads (Pa). Of an empty tank the reading may be negative, while
         `true_pressure_pa` is never below the atmosphere.
 
         Parameters:
@@ -74,8 +74,8 @@ class SensorEffect(Effect):
     def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
         """The force under a reading, (n,).
 
-        By going back and forth, which closes in on the force where an effect changes it by less
-        than itself.
+        It is found by iteration, which converges where an effect changes the force by less than
+        itself.
 
         Parameters:
             reading_n: What the force channel shows (n,), in equal steps.
@@ -103,7 +103,7 @@ class SensorEffect(Effect):
     def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002
         """What an accelerometer's channel shows of accelerations A exp(lambda t), as amplitudes.
 
-        Effects without a closed form leave them as they are.
+        Effects without a closed form leave the amplitudes as they are.
 
         Parameters:
             amplitude: A (k, K) for k sensors, or (1, K) where they are common; complex.

@@ -35,11 +35,19 @@ class PassRule:
     share_above: float = 0.0
 
     def required_within(self, lines: int) -> int:
-        """How many of so many lines must lie within their tolerance."""
+        """How many lines must lie within their tolerance.
+
+        Parameters:
+            lines: How many lines there are.
+        """
         return _at_least(self.share_within, lines)
 
     def required_above(self, lines: int) -> int:
-        """How many of so many lines must lie at the level or above it."""
+        """How many lines must lie at the level or above it.
+
+        Parameters:
+            lines: How many lines there are.
+        """
         return _at_least(self.share_above, lines)
 
 
@@ -69,13 +77,26 @@ class Tolerance:
             )
 
     def at(self, frequency_hz: Floats) -> tuple[Floats, Floats]:
-        """Upper and lower tolerance at the lines, (f,) each."""
+        """Upper and lower tolerance at lines, (f,) each, dB.
+
+        Parameters:
+            frequency_hz: The lines (f,).
+        """
         band = np.searchsorted(self.from_hz, frequency_hz, side="right") - 1
         return np.asarray(self.upper_db)[band], np.asarray(self.lower_db)[band]
 
 
 def within_db(upper: float, lower: float | None = None) -> Tolerance:
-    """The same at every frequency; `lower` None for as much below as above."""
+    """The same tolerance at every frequency.
+
+    Parameters:
+        upper: How far a line may lie above its level, dB.
+        lower: How far a line may lie below its level, dB, not negative; by default None, as far as
+            above.
+
+    Raises:
+        ValueError: For less than 0 dB.
+    """
     return Tolerance((0.0,), (upper,), (upper if lower is None else lower,))
 
 
@@ -119,9 +140,13 @@ _TWO = re.compile(r"\+\s*(\d+(?:\.\d+)?)\s*(?:dB)?\s*/\s*-\s*(\d+(?:\.\d+)?)\s*d
 
 
 def parse_tolerance(text: str) -> Tolerance:
-    """`6dB`, `+9/-6dB` or a standard's name such as `nasa-std-7003`.
+    """A tolerance from what a person writes.
 
-    Raises `ValueError` for anything else, a number without its unit, too.
+    Parameters:
+        text: `6dB`, `+9/-6dB` or a standard's name such as `nasa-std-7003`.
+
+    Raises:
+        ValueError: For anything else, a number without its unit, too.
     """
     text = text.strip()
     name = _SYNONYMS.get(text.lower(), text.lower())
@@ -151,7 +176,11 @@ class RuleResult:
         return np.asarray(self.lines >= self.required)
 
     def sentence(self, place: tuple[int, ...] = ()) -> str:
-        """Of the spectrum at `place` (...)."""
+        """How many lines of one spectrum keep the rule, and whether that is enough.
+
+        Parameters:
+            place: Indices of the spectrum among the spectra (...); by default (), for a single one.
+        """
         verdict = "met" if bool(self.met[place]) else "not met"
         needed = "all" if self.required == self.of else f"{self.required}"
         return (
@@ -163,8 +192,14 @@ class RuleResult:
 def rule_results(
     rule: PassRule, error_db: Floats, upper_db: Floats, lower_db: Floats
 ) -> tuple[RuleResult, ...]:
-    """Each rule of errors (..., f), dB above the level, with tolerances (f,); an edge belongs to
-    the band."""
+    """Each rule, with the lines of each spectrum (...) that keep it; an edge belongs to the band.
+
+    Parameters:
+        rule: What all lines together must keep to.
+        error_db: Levels (..., f) above that of the target, dB.
+        upper_db: How far each line may lie above (f,), dB.
+        lower_db: How far each line may lie below (f,), dB, not negative.
+    """
     lines = error_db.shape[-1]
 
     def counted(

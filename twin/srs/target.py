@@ -63,12 +63,23 @@ class Target:
         )
 
     def covers(self, frequency_hz: Floats) -> NDArray[np.bool_]:
-        """Which of the lines (f,) lie in its range; a billionth beyond its ends is rounding."""
+        """Which lines lie in its range, (f,); a billionth beyond its ends is rounding.
+
+        Parameters:
+            frequency_hz: The lines (f,).
+        """
         low, high = self.frequency_hz[0] * (1 - 1e-9), self.frequency_hz[-1] * (1 + 1e-9)
         return np.asarray((frequency_hz >= low) & (frequency_hz <= high))
 
     def at(self, frequency_hz: Floats) -> Self:
-        """The same at other lines (f,). Raises `ValueError` naming a line outside of its range."""
+        """The same at other lines.
+
+        Parameters:
+            frequency_hz: The lines (f,), rising.
+
+        Raises:
+            ValueError: For a line outside of its range; the message names it.
+        """
         if not np.all(inside := self.covers(frequency_hz)):
             raise ValueError(
                 f"no level at {frequency_hz[~inside][0]:g} Hz: the target reaches from "
@@ -89,7 +100,11 @@ class Target:
 
     def with_tolerance(self, tolerance: Tolerance) -> Self:
         """The same levels with other tolerances and their rule; one more point where a band begins
-        between points."""
+        between points.
+
+        Parameters:
+            tolerance: The tolerances by bands of frequency, and the rule.
+        """
         own = self.frequency_hz
         new = np.asarray([f for f in tolerance.from_hz if own[0] < f < own[-1] and f not in own])
         made = self.at(np.sort(np.concatenate([own, new])))
@@ -97,8 +112,12 @@ class Target:
         return replace(made, upper_db=upper, lower_db=lower, rule=tolerance.rule)
 
     def lines(self, per_octave: int = 6) -> Floats:
-        """Lines (f,) to judge it at: its own points where it is a table of lines, else so many per
-        octave, both ends included."""
+        """Lines (f,) to judge it at: its own points where it is a table of lines, else lines in
+        equal ratios, both ends included.
+
+        Parameters:
+            per_octave: Lines to an octave; 6 by default.
+        """
         low, high = float(self.frequency_hz[0]), float(self.frequency_hz[-1])
         octaves = math.log2(high / low)
         if self.frequency_hz.size - 1 >= TABLE_PER_OCTAVE * octaves:
@@ -107,10 +126,18 @@ class Target:
 
 
 def ramps(low_hz: float, level_m_s2: float, *stretches: tuple[float, float]) -> Target:
-    """A target as specifications tell it: so much at the lowest frequency, then (up to Hz, slope in
-    dB per octave)...
+    """A target as specifications tell it: so much at the lowest frequency, then slopes.
 
     Tolerances are 6 dB either way until `Target.with_tolerance` says otherwise.
+
+    Parameters:
+        low_hz: The lowest frequency.
+        level_m_s2: The level there.
+        stretches: For each slope the frequency in Hz up to which it goes, and the slope in dB per
+            octave.
+
+    Raises:
+        ValueError: As `Target`.
     """
     frequency, level = [low_hz], [level_m_s2]
     for up_to_hz, slope in stretches:
@@ -154,8 +181,12 @@ class SpectrumComparison:
         return np.asarray(np.all([rule.met for rule in self.rules], axis=0))
 
     def sentence(self, place: tuple[int, ...] = ()) -> str:
-        """What the verdict on the spectrum at `place` (...,) rests on; the rules that are not met
-        stand first."""
+        """What the verdict on one spectrum rests on; the rules that are not met stand first.
+
+        Parameters:
+            place: Indices of the spectrum among the spectra (...,); by default (), for a single
+                one.
+        """
         rule = self.target.rule
         judged = (
             f" ({', '.join(part for part in (rule.name, rule.clause) if part)})"
@@ -175,11 +206,17 @@ class SpectrumComparison:
 
 
 def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> SpectrumComparison:
-    """Spectra (..., f) at `frequency_hz` (f,) against a target. Lines outside of the target's range
-    are left out.
+    """Spectra against a target. Lines outside of the target's range are left out.
 
-    An edge belongs to the band, to within rounding. Raises `ValueError` where no line lies in the
-    target's range.
+    An edge belongs to the band, to within rounding.
+
+    Parameters:
+        maximax_m_s2: Spectra (..., f), absolute acceleration.
+        frequency_hz: Their lines (f,), rising.
+        target: The prescribed spectrum with its tolerances.
+
+    Raises:
+        ValueError: Where no line lies in the target's range.
     """
     inside = target.covers(frequency_hz)
     if not np.any(inside):

@@ -29,21 +29,39 @@ _TOLERANCES = ("tolerance_db", "upper_db", "lower_db")
 
 
 def read_target(path: Path, tolerance: Tolerance | None = None) -> Target:
-    """The target in a CSV file. Columns: `frequency_hz`; a level with its unit (`level_g`,
-    `level_m_s2`, `maximax_m_s2`, ...); where wanted `tolerance_db`, or `upper_db` and `lower_db`
-    (`inf`: that side is free).
+    """The target in a CSV file.
 
-    In place of a level, a row may give `slope_db_per_octave` from the row above. `tolerance`
-    overrides the file's; without either it is NASA-STD-7003A's. Header `Level (g)` is `level_g`;
-    columns of other names are left alone; lines that begin with # are comments; `;` or tab may
-    stand for the comma. Numbers may have a decimal comma, or thousands apart. Raises `ValueError`
-    naming the file, the line, the value and what is expected.
+    Columns: `frequency_hz`; a level with its unit (`level_g`, `level_m_s2`, `maximax_m_s2`, ...);
+    where wanted `tolerance_db`, or `upper_db` and `lower_db` (`inf`: that side is free). In place
+    of a level, a row may give `slope_db_per_octave` from the row above. Header `Level (g)` is
+    `level_g`; columns of other names are ignored; lines that begin with # are comments; `;` or
+    tab may stand for the comma. Numbers may have a decimal comma, or thousands apart.
+
+    Parameters:
+        path: The file.
+        tolerance: Overrides the file's tolerance; by default None, that of the file, or
+            NASA-STD-7003A's where the file has none.
+
+    Raises:
+        ValueError: For a table that does not fit; the message names the file, the line, the value
+            and what is expected.
+        OSError: For a file that cannot be read.
     """
     return target_of_csv(path.read_bytes(), path.name, tolerance)
 
 
 def target_of_csv(content: bytes, source: str, tolerance: Tolerance | None = None) -> Target:
-    """`read_target` of a file's content; errors call it `source`."""
+    """`read_target` of a file's content.
+
+    Parameters:
+        content: The bytes of the file.
+        source: What errors call the file.
+        tolerance: Overrides the file's tolerance; by default None, that of the file, or
+            NASA-STD-7003A's where the file has none.
+
+    Raises:
+        ValueError: As `read_target`.
+    """
     columns, rows = _table(content, source)
     if "frequency_hz" not in columns:
         raise ValueError(f"{source}: no column frequency_hz; it has: {', '.join(columns)}")

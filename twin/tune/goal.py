@@ -52,12 +52,26 @@ class Goal:
     def even(
         cls, frequency_hz: Floats, level_m_s2: Floats, tolerance_db: float = 6.0, share: float = 1.0
     ) -> Goal:
-        """The same tolerance above and below at every line."""
+        """The same tolerance above and below at every line.
+
+        Parameters:
+            frequency_hz: The lines (f,).
+            level_m_s2: The level at each line (f,).
+            tolerance_db: How far a line may lie above or below its level; 6 dB by default.
+            share: Share of the lines that must lie within tolerance; by default 1, every line.
+
+        Raises:
+            ValueError: As the class.
+        """
         same = np.full(frequency_hz.shape, float(tolerance_db))
         return cls(frequency_hz, 20 * np.log10(level_m_s2), same, same, share)
 
     def margin_db(self, level_db: Floats) -> Floats:
-        """To the nearer edge, positive inside: (..., f) of levels (..., f) in dB."""
+        """To the nearer edge, positive inside, (..., f).
+
+        Parameters:
+            level_db: Levels (..., f) of spectra, dB re 1 m/s2.
+        """
         error = level_db - self.level_db
         return np.asarray(np.minimum(self.upper_db - error, self.lower_db + error))
 
@@ -67,21 +81,34 @@ class Goal:
         return int(np.ceil(self.share * self.frequency_hz.size - 1e-9))
 
     def met(self, level_db: Floats) -> NDArray[np.bool_]:
-        """Whether at least `share` of the lines lies within and the whole rule is met, (...) of
-        levels (..., f)."""
+        """Whether at least `share` of the lines lies within and the whole rule is met, (...).
+
+        Parameters:
+            level_db: Levels (..., f) of spectra, dB re 1 m/s2.
+        """
         return np.asarray(np.all([result.met for result in self.results(level_db)], axis=0))
 
     def results(self, level_db: Floats) -> tuple[RuleResult, ...]:
-        """Each rule of levels (..., f), with the lines that keep it."""
+        """Each rule, with the lines that keep it.
+
+        Parameters:
+            level_db: Levels (..., f) of spectra, dB re 1 m/s2.
+        """
         rule = replace(self.rule, share_within=self.share)
         return rule_results(rule, level_db - self.level_db, self.upper_db, self.lower_db)
 
     def deciding_line(self, level_db: Floats) -> tuple[int, float]:
-        """Of levels (f,), the line that decides whether the goal is met, and its margin in dB,
-        positive where it is.
+        """The line that decides whether the goal is met, and its margin in dB, positive where it
+        is.
 
         It is the worst of the `required` best lines, or the lowest of those that must lie at the
         level or above it.
+
+        Parameters:
+            level_db: Levels (f,) of one spectrum, dB re 1 m/s2.
+
+        Returns:
+            The index of the line, from 0, and the margin.
         """
         margin, error = self.margin_db(level_db), level_db - self.level_db
         within = int(np.argsort(-margin, kind="stable")[self.required - 1])
@@ -116,19 +143,40 @@ class Forward(Protocol):
         ...
 
     def spectra(self, settings: Sequence[Setting]) -> Floats:
-        """Nominal spectra (n, f)."""
+        """Nominal spectra (n, f), m/s2.
+
+        Parameters:
+            settings: n settings of the bench.
+        """
         ...
 
     def draws(self, settings: Sequence[Setting], count: int, rng: np.random.Generator) -> Floats:
-        """Random spectra (count, n, f): what the model itself does not know."""
+        """Random spectra (count, n, f), m/s2: what the model itself does not know.
+
+        Parameters:
+            settings: n settings of the bench.
+            count: How many random spectra each setting gets.
+            rng: Generator of the random numbers.
+        """
         ...
 
 
 def level_db(spectra_m_s2: Floats) -> Floats:
-    """20 log10 of spectra in m/s2, any shape, finite."""
+    """20 log10 of spectra, of their shape, finite.
+
+    Parameters:
+        spectra_m_s2: Spectra, an array of any shape; less than 0.001 m/s2 is taken for that.
+    """
     return np.asarray(20 * np.log10(np.maximum(spectra_m_s2, FLOOR_M_S2)))
 
 
 def nothing_refused(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
-    """A bench, or a model, without limits."""
+    """A bench, or a model, without limits.
+
+    Parameters:
+        settings: n settings of the bench.
+
+    Returns:
+        n empty tuples of reasons.
+    """
     return [()] * len(settings)

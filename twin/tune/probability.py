@@ -65,7 +65,17 @@ def proposals(
     draws: int = DRAWS,
 ) -> list[Proposal]:
     """Every candidate judged, best first. All see the same draws, so that they differ by what they
-    are."""
+    are.
+
+    Parameters:
+        candidates: n settings with the levels expected of them.
+        learned: What measured shots have taught, which gives the spread of a spectrum.
+        goal: The prescribed spectrum.
+        rng: Generator of the draws.
+        outside: For each candidate what of it the model has not been made for; by default None,
+            nothing of any.
+        draws: Number of random spectra; 400 by default.
+    """
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     beyond = outside or [()] * len(candidates)
     judged = [
@@ -104,13 +114,23 @@ def _proposal_of(
 
 
 def probability_met(level_db: Floats, covariance_db2: Floats, goal: Goal, normals: Floats) -> float:
-    """That the goal's whole rule is met, of a spectrum (f,) with a covariance (f, f), by draws (d,
-    f)."""
+    """That the goal's whole rule is met, by draws.
+
+    Parameters:
+        level_db: Expected levels (f,) of the spectrum, dB re 1 m/s2.
+        covariance_db2: Their covariance (f, f), dB2.
+        goal: The prescribed spectrum.
+        normals: Standard normal numbers (d, f) of d draws.
+    """
     return float(np.mean(goal.met(level_db + normals @ root(covariance_db2).T)))
 
 
 def root(covariance: Floats) -> Floats:
     """A square root (f, f) of a covariance that may be singular to rounding: by eigenvalues,
-    negative ones as 0."""
+    negative ones as 0.
+
+    Parameters:
+        covariance: The covariance (f, f), symmetric.
+    """
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

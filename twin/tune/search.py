@@ -50,7 +50,12 @@ class Searcher:
     progress: Progress | None = None
 
     def candidates(self, settings: Sequence[Setting], what: str = "settings") -> list[Candidate]:
-        """One for each setting, in order."""
+        """One for each setting, in order.
+
+        Parameters:
+            settings: n settings of the bench.
+            what: What `progress` calls them; "settings" by default.
+        """
         levels = self.expected_db(settings, what)
         scores = self._scores(levels, settings)
         refused = self.refusals(settings)
@@ -60,7 +65,12 @@ class Searcher:
         ]
 
     def expected_db(self, settings: Sequence[Setting], what: str = "settings") -> Floats:
-        """Levels (n, f), dB: the model's and what shots have taught."""
+        """Levels (n, f), dB: the model's and what shots have taught.
+
+        Parameters:
+            settings: n settings of the bench, one or more.
+            what: What `progress` calls them; "settings" by default.
+        """
         parts = []
         for first in range(0, len(settings), _BATCH):
             batch = settings[first : first + _BATCH]
@@ -70,7 +80,11 @@ class Searcher:
         return np.concatenate(parts)
 
     def nearness(self, candidate: Candidate) -> tuple[int, float]:
-        """How many lines keep to the rules of the goal, and the margin of the worst."""
+        """How many lines keep to the rules of the goal, and the margin of the worst in dB.
+
+        Parameters:
+            candidate: A setting with the levels expected of it.
+        """
         results = self.goal.results(candidate.level_db)
         margins = self.goal.margin_db(candidate.level_db)
         return sum(int(result.lines) for result in results), float(margins.min())
@@ -91,11 +105,15 @@ class Searcher:
 
 
 def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
-    """Logarithm of the probability that a line lies within, (n, f), of normal errors (n, f) with
-    deviations (f,).
+    """Logarithm of the probability that a line lies within, (n, f), of normal errors.
 
     Computed in the tail where both edges lie on one side, so that far misses still tell better from
     worse.
+
+    Parameters:
+        error_db: Expected levels above those of the goal (n, f), dB.
+        spread_db: Standard deviations of the lines (f,), dB.
+        goal: The prescribed spectrum.
     """
     from scipy.special import log_ndtr
 
@@ -128,8 +146,15 @@ def search(
     extra: Iterable[Setting] = (),
     effort: Effort | None = None,
 ) -> SearchResult:
-    """Candidates of a grid over all mounts, refined about the best; `extra` settings (those fired)
-    among them."""
+    """Candidates of a grid over all mounts, refined about the best.
+
+    Parameters:
+        searcher: The model, what shots have taught, the goal and the bench.
+        space: The settings that there are.
+        extra: Settings that are looked at besides, such as those fired; none by default.
+        effort: How fine the grid is, and how many mounts are refined by which ratios; by default
+            `Effort()`.
+    """
     effort = effort or Effort()
     examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *extra], "grid")
     best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]
@@ -146,7 +171,11 @@ def search(
 
 
 def best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """The most promising candidate of each mount, best first."""
+    """The most promising candidate of each mount, best first.
+
+    Parameters:
+        candidates: Candidates of any mounts, in any order.
+    """
     best: dict[Mount, Candidate] = {}
     for candidate in sorted(candidates, key=lambda c: -c.score):
         best.setdefault(mount_of(candidate.setting), candidate)

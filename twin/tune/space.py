@@ -18,11 +18,20 @@ class Amount(Protocol):
     """A number that the operator sets, SI, above zero."""
 
     def grid(self, count: int) -> Floats:
-        """Values (at most count,) that cover it, rising."""
+        """Values (at most count,) that cover it, rising.
+
+        Parameters:
+            count: How many values are wanted.
+        """
         ...
 
     def near(self, value: float, ratio: float) -> Floats:
-        """Values about `value`, itself among them, at most `ratio` times larger or smaller."""
+        """Values about one of them, itself among them, rising.
+
+        Parameters:
+            value: The value in the middle, SI, above zero.
+            ratio: How many times larger or smaller the others are at most.
+        """
         ...
 
     @property
@@ -43,6 +52,12 @@ class Levels:
             raise ValueError(f"levels are {self.values}: expected at least one, positive")
 
     def grid(self, count: int) -> Floats:
+        """Levels evenly picked by their order, rising; all of them where they are no more than
+        wanted.
+
+        Parameters:
+            count: How many levels are wanted.
+        """
         owned = np.array(sorted(self.values))
         return np.asarray(
             owned[
@@ -53,6 +68,12 @@ class Levels:
         )
 
     def near(self, value: float, ratio: float) -> Floats:
+        """The levels about a value, and the value itself, rising.
+
+        Parameters:
+            value: The value in the middle, SI, above zero.
+            ratio: How many times larger or smaller the others are at most.
+        """
         owned = np.array(sorted({*self.values, value}))
         return np.asarray(owned[np.abs(np.log(owned / value)) <= np.log(ratio) + 1e-12])
 
@@ -76,10 +97,20 @@ class ContinuousRange:
             )
 
     def grid(self, count: int) -> Floats:
-        """In equal ratios: a spectrum's level follows the logarithm."""
+        """In equal ratios: a spectrum's level follows the logarithm.
+
+        Parameters:
+            count: How many values are wanted.
+        """
         return np.geomspace(self.low, self.high, count)
 
     def near(self, value: float, ratio: float) -> Floats:
+        """Values about a value in equal ratios, none beyond the ends, and the value itself, rising.
+
+        Parameters:
+            value: The value in the middle, SI, above zero.
+            ratio: How many times larger or smaller the others are at most.
+        """
         steps = value * ratio ** np.linspace(-1, 1, 5)
         return np.unique(np.append(np.clip(steps, self.low, self.high), value))
 
@@ -130,7 +161,16 @@ class TuningSpace:
                 yield Mount(tip, radius, anvil, insulator, position)
 
     def setting(self, mount: Mount, tank_pressure_pa: float, impactor_mass_kg: float) -> Setting:
-        """A mount fired with this pressure (gauge) and bullet."""
+        """A mount fired with a pressure and a bullet.
+
+        Parameters:
+            mount: What is screwed on and bolted down.
+            tank_pressure_pa: Gauge pressure of the tank.
+            impactor_mass_kg: Mass of the bullet.
+
+        Raises:
+            ValueError: As `Setting`.
+        """
         return Setting(
             impactor_mass_kg=float(impactor_mass_kg),
             tip=mount.tip,
@@ -145,7 +185,12 @@ class TuningSpace:
         )
 
     def grid(self, pressures: int, masses: int) -> list[Setting]:
-        """Every mount with `pressures` x `masses` amounts."""
+        """Every mount with every pair of a pressure and a mass.
+
+        Parameters:
+            pressures: How many tank pressures, at most.
+            masses: How many masses, at most.
+        """
         amounts = list(
             itertools.product(
                 self.tank_pressure_pa.grid(pressures), self.impactor_mass_kg.grid(masses)
@@ -154,7 +199,12 @@ class TuningSpace:
         return [self.setting(mount, *amount) for mount in self.mounts() for amount in amounts]
 
     def around(self, setting: Setting, ratio: float) -> list[Setting]:
-        """The same mount with pressures and masses about those of a setting, itself among them."""
+        """The same mount with pressures and masses about those of a setting, itself among them.
+
+        Parameters:
+            setting: The setting in the middle, which has a tank pressure.
+            ratio: How many times larger or smaller pressure and mass are at most.
+        """
         assert setting.tank_pressure_pa is not None  # the space's settings have a pressure
         pressures = self.tank_pressure_pa.near(setting.tank_pressure_pa, ratio)
         masses = self.impactor_mass_kg.near(setting.impactor_mass_kg, ratio)
@@ -164,14 +214,22 @@ class TuningSpace:
 
 
 def mount_of(setting: Setting) -> Mount:
-    """A setting without its pressure and mass."""
+    """A setting without its pressure and mass.
+
+    Parameters:
+        setting: A setting of the bench.
+    """
     return Mount(
         setting.tip, setting.tip_radius_m, setting.anvil, setting.insulator, setting.impact_position
     )
 
 
 def setting_text(setting: Setting) -> str:
-    """A setting in a few words and the units of the bench."""
+    """A setting in a few words and the units of the bench.
+
+    Parameters:
+        setting: A setting of the bench.
+    """
     anvil = f", anvil of {setting.anvil.name}" if setting.anvil else ""
     layer = f", {setting.insulator} insulator" if setting.insulator != "none" else ""
     return (
@@ -182,13 +240,22 @@ def setting_text(setting: Setting) -> str:
 
 
 def unlike(first: Setting, second: Setting) -> int:
-    """How many parts of the mount differ: what changing from one to the other takes."""
+    """How many parts of the mount differ: what changing from one setting to the other takes.
+
+    Parameters:
+        first: One setting.
+        second: The other setting.
+    """
     pairs = zip(vars(mount_of(first)).values(), vars(mount_of(second)).values(), strict=True)
     return sum(first_part != second_part for first_part, second_part in pairs)
 
 
 def amounts(settings: Sequence[Setting]) -> Floats:
-    """Pressure (Pa; 0 where a velocity is set) and mass (kg), (n, 2)."""
+    """Pressure (Pa; 0 where a velocity is set) and mass (kg), (n, 2).
+
+    Parameters:
+        settings: n settings of the bench.
+    """
     return np.array(
         [(s.tank_pressure_pa or 0.0, s.impactor_mass_kg) for s in settings], dtype=np.float64
     )

@@ -33,7 +33,11 @@ SAME_SPECTRUM_DB = 0.25
 
 def distinct(ranked: Sequence[Proposal]) -> list[Proposal]:
     """Ranked proposals, in their order; of those that are alike the first, with the others as its
-    `alternatives`."""
+    `alternatives`.
+
+    Parameters:
+        ranked: Proposals, best first.
+    """
     kept: list[Proposal] = []
     for proposal in ranked:
         for place, better in enumerate(kept):
@@ -47,7 +51,12 @@ def distinct(ranked: Sequence[Proposal]) -> list[Proposal]:
 
 def alike(first: Proposal, second: Proposal) -> bool:
     """Whether two proposals are set alike, or promise the same spectrum; both inside or both
-    outside of the domain."""
+    outside of the domain.
+
+    Parameters:
+        first: One proposal.
+        second: The other proposal.
+    """
     if bool(first.outside) != bool(second.outside):
         return False
     nearest_db = float(np.abs(first.level_db - second.level_db).max())
@@ -56,7 +65,12 @@ def alike(first: Proposal, second: Proposal) -> bool:
 
 def set_alike(first: Setting, second: Setting) -> bool:
     """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the
-    bench at most."""
+    bench at most.
+
+    Parameters:
+        first: One setting.
+        second: The other setting.
+    """
     parts = [
         (s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions)
         for s in (first, second)
@@ -92,8 +106,16 @@ class SettingToAvoid:
 def settings_to_avoid(
     outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
 ) -> list[SettingToAvoid]:
-    """The nearest of each kind: `outside` of the model's domain, likely to overtest of those
-    `kept`, `refused`."""
+    """The nearest of each kind: beyond the bench, outside of the model's domain, and likely to
+    overtest.
+
+    Parameters:
+        outside: Proposals outside of the model's domain.
+        kept: The other proposals, best first, of which those likely to overtest are to avoid; the
+            first one never is.
+        refused: Candidates that the bench refuses.
+        goal: The prescribed spectrum.
+    """
     beyond_bench = [
         SettingToAvoid(
             c.setting, f"beyond the bench: {'; '.join(c.refused)}", _level_error_db(c, goal)
@@ -188,10 +210,27 @@ def tune(
 ) -> Tuned:
     """Settings for a spectrum, each with its probability, after what has been measured.
 
-    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no
-    other. A setting meets the goal from a probability of `at_least` on. `calibrated`: the model has
-    learned from shots itself, and its draws hold all that is not known of its spectra. Raises
-    `ValueError` where the goal's lines are not the model's.
+    Parameters:
+        forward: The model that predicts the spectra.
+        space: The settings that there are.
+        goal: The prescribed spectrum, at the lines of the model.
+        rng: Generator of all draws.
+        measured: Shots that have been fired; by default None, no shot.
+        refusals: Says for which reasons the bench must not fire a setting; by default it refuses
+            nothing.
+        outside: Says what of a setting the model has not been made for; by default nothing.
+        extrapolate: Whether settings outside of the model's domain are proposed too. By default
+            they are to avoid, unless there is no other.
+        effort: How fine the search is; by default `Effort()`.
+        draws: Number of random spectra for each probability; 400 by default.
+        at_least: Probability from which on a setting meets the goal; 0.5 by default.
+        calibrated: Whether the model has learned from shots itself, and its draws hold all that is
+            not known of its spectra; by default it has not.
+        progress: Called with the settings done, their number and what is being done; by default
+            None, nothing is called.
+
+    Raises:
+        ValueError: Where the goal's lines are not the model's.
     """
     lines_hz = forward.frequency_hz
     if goal.frequency_hz.shape != lines_hz.shape or not np.allclose(
@@ -238,6 +277,14 @@ def learn(
 
     Of a calibrated model without more shots, nothing but the model's own spread and what a shot has
     for itself.
+
+    Parameters:
+        forward: The model that predicts the spectra.
+        goal: The prescribed spectrum.
+        shots: Shots that have been fired, possibly none.
+        rng: Generator of the model's draws.
+        space: The settings that there are.
+        calibrated: Whether the model has learned from shots itself; by default it has not.
     """
     prior = Discrepancy(forward.frequency_hz)
     if not len(shots):
@@ -252,7 +299,15 @@ def learn(
 def with_model_spread(
     prior: Discrepancy, forward: Forward, goal: Goal, rng: np.random.Generator, space: TuningSpace
 ) -> Discrepancy:
-    """The prior with the forward model's own spread where it comes nearest to the goal."""
+    """The prior with the forward model's own spread where it comes nearest to the goal.
+
+    Parameters:
+        prior: The discrepancy before any shot.
+        forward: The model that predicts the spectra.
+        goal: The prescribed spectrum.
+        rng: Generator of the model's draws.
+        space: The settings that there are.
+    """
     coarse = space.grid(4, 2)
     coarse = coarse[:: max(1, len(coarse) // 256)]
     apart = np.mean((level_db(forward.spectra(coarse)) - goal.level_db) ** 2, axis=1)
