@@ -169,7 +169,8 @@ class Prediction:
         return np.arange(draws.shape[1]) / self.sampling_rate_hz, Band.of(draws)
 
     def peak_acceleration_m_s2(self, sensor: str) -> Quantity:
-        """Of the largest acceleration either way, in the band up to `acceleration_band_hz`.
+        """The largest acceleration of one sensor either way, in the band up to
+        `acceleration_band_hz`.
 
         Parameters:
             sensor: Name of the sensor.

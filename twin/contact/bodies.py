@@ -65,7 +65,7 @@ class Bodies:
 
     @classmethod
     def of(cls, **quantities: ArrayLike | None) -> Self:
-        """From numbers and arrays (n,) that broadcast.
+        """Impacts from numbers and arrays (n,) that broadcast.
 
         Parameters:
             quantities: Values of the fields by name, SI; None is left out.

@@ -35,7 +35,7 @@ class ForceHistory:
 
     @classmethod
     def of(cls, march: March) -> Self:
-        """In the units of the march.
+        """The forces of solved motions, in the units of the march.
 
         Parameters:
             march: The solved motions of n contacts, in their own units.

@@ -52,7 +52,7 @@ class RecordedPulse:
     def of(
         cls, pulse: ContactPulse, mass_kg: Floats, impact_velocity_m_s: Floats, points: int = 1001
     ) -> Self:
-        """As a law's pulse would be recorded.
+        """The record of a law's pulses, without errors of the load cell.
 
         Parameters:
             pulse: n pulses of a law.

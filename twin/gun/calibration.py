@@ -76,7 +76,7 @@ class VelocityShots:
         return int(np.size(self.measured_m_s))
 
     def beside(self, other: Self) -> Self:
-        """These and others.
+        """These shots and others.
 
         Parameters:
             other: The shots that are put after these.
@@ -144,7 +144,7 @@ class VelocityPosterior:
 
     @classmethod
     def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
-        """The guns after the shots.
+        """The guns that agree with the shots.
 
         Parameters:
             guns: K guns that the bench may be, before any shot.

@@ -179,8 +179,8 @@ def _integrate(
 
 
 def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:
-    """2 c0 / (gamma - 1): of a gas that expands into a vacuum from rest; 1,716 m/s for air of a
-    room. Infinite for an isothermal gas.
+    """The speed 2 c0 / (gamma - 1) of a gas that expands into a vacuum from rest: 1,716 m/s for air
+    of a room, infinite for an isothermal gas.
 
     Parameters:
         heat_capacity_ratio: gamma of the gas, 1 or more; 1 is isothermal.

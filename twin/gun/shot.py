@@ -112,7 +112,7 @@ class ShotInputs:
         return replace(self, **cast(dict[str, Any], some))
 
     def but(self, **changed: ArrayLike) -> Self:
-        """The same with other values.
+        """The same shots with other values.
 
         Parameters:
             changed: The new value of a field by its name, SI: one for all shots, or one for each
@@ -239,7 +239,7 @@ class GunEffect(Effect):
     moves: ClassVar[bool] = False
 
     def prepare(self, shot: ShotInputs) -> ShotInputs:
-        """The shot with other quantities. The result must not hang on the order of effects.
+        """The shot with other quantities. The result must not depend on the order of effects.
 
         Parameters:
             shot: n shots, as effects before this one have changed them.
@@ -279,7 +279,7 @@ class GunEffect(Effect):
         )
 
     def off(self, shots: int) -> NDArray[np.bool_]:
-        """(n,): where every parameter has the value at which the effect does nothing.
+        """Where every parameter has the value at which the effect does nothing, (n,).
 
         Parameters:
             shots: n, the number of shots.

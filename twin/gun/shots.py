@@ -34,7 +34,7 @@ _PHASES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
 def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
-    """W at positions along the barrel, (..., n).
+    """W, the net work on the projectile up to positions along the barrel, (..., n).
 
     Parameters:
         shot: n shots.
@@ -56,7 +56,7 @@ def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
 
 
 def starting_force_n(shot: ShotInputs) -> Floats:
-    """On the projectile at rest, (n,).
+    """The net force on the projectile at rest, (n,).
 
     Parameters:
         shot: n shots.
@@ -67,7 +67,8 @@ def starting_force_n(shot: ShotInputs) -> Floats:
 
 
 def ideal_velocity_m_s(shot: ShotInputs) -> Floats:
-    """At the vent holes, (n,), without the efficiency; 0 for a shot that does not get there.
+    """The velocity at the vent holes, (n,), without the efficiency; 0 for a shot that does not get
+    there.
 
     Parameters:
         shot: n shots.
@@ -78,7 +79,7 @@ def ideal_velocity_m_s(shot: ShotInputs) -> Floats:
 
 
 def travel_time_s(shot: ShotInputs) -> Floats:
-    """Until the vent holes, (n,): the integral of dx / v.
+    """The time until the vent holes, (n,): the integral of dx / v.
 
     Parameters:
         shot: n shots that get there.
@@ -151,7 +152,7 @@ class GunShots:
         return np.asarray(self.status == Status.LEFT)
 
     def put(self, rows: NDArray[np.intp], others: GunShots) -> None:
-        """Writes others into some rows.
+        """Writes other shots into some rows.
 
         Parameters:
             rows: Row numbers, one for each of the others.

@@ -118,7 +118,7 @@ class PlateEffect(Effect):
                 )
 
     def values(self, name: str, parts: str, count: int) -> Floats:
-        """(count,): a parameter for each of the plate's modes or sensors.
+        """A parameter for each of the plate's modes or sensors, (count,).
 
         Parameters:
             name: Name of the parameter.

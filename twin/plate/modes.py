@@ -68,7 +68,7 @@ def kirchhoff_hz(build: PlateBuild, mindlin_hz: float) -> float:
 
 
 def flexural_wavelength_m(build: PlateBuild, kirchhoff_hz: float) -> float:
-    """Of Kirchhoff's plate.
+    """The length of a flexural wave of Kirchhoff's plate.
 
     Parameters:
         build: Thickness and material of the plate.

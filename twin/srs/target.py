@@ -72,7 +72,7 @@ class Target:
         return np.asarray((frequency_hz >= low) & (frequency_hz <= high))
 
     def at(self, frequency_hz: Floats) -> Self:
-        """The same at other lines.
+        """The same target at other lines.
 
         Parameters:
             frequency_hz: The lines (f,), rising.

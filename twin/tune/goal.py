@@ -52,7 +52,7 @@ class Goal:
     def even(
         cls, frequency_hz: Floats, level_m_s2: Floats, tolerance_db: float = 6.0, share: float = 1.0
     ) -> Goal:
-        """The same tolerance above and below at every line.
+        """A goal with the same tolerance above and below at every line.
 
         Parameters:
             frequency_hz: The lines (f,).
@@ -67,7 +67,7 @@ class Goal:
         return cls(frequency_hz, 20 * np.log10(level_m_s2), same, same, share)
 
     def margin_db(self, level_db: Floats) -> Floats:
-        """To the nearer edge, positive inside, (..., f).
+        """The distance to the nearer edge of the tolerance in dB, positive inside, (..., f).
 
         Parameters:
             level_db: Levels (..., f) of spectra, dB re 1 m/s2.
@@ -171,7 +171,7 @@ def level_db(spectra_m_s2: Floats) -> Floats:
 
 
 def nothing_refused(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
-    """A bench, or a model, without limits.
+    """Refuses nothing: a bench, or a model, without limits.
 
     Parameters:
         settings: n settings of the bench.

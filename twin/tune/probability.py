@@ -114,7 +114,7 @@ def _proposal_of(
 
 
 def probability_met(level_db: Floats, covariance_db2: Floats, goal: Goal, normals: Floats) -> float:
-    """That the goal's whole rule is met, by draws.
+    """The probability that the goal's whole rule is met, by draws.
 
     Parameters:
         level_db: Expected levels (f,) of the spectrum, dB re 1 m/s2.

@@ -50,7 +50,7 @@ class Searcher:
     progress: Progress | None = None
 
     def candidates(self, settings: Sequence[Setting], what: str = "settings") -> list[Candidate]:
-        """One for each setting, in order.
+        """One candidate for each setting, in order.
 
         Parameters:
             settings: n settings of the bench.
@@ -65,7 +65,8 @@ class Searcher:
         ]
 
     def expected_db(self, settings: Sequence[Setting], what: str = "settings") -> Floats:
-        """Levels (n, f), dB: the model's and what shots have taught.
+        """Expected levels (n, f), dB re 1 m/s2: those of the model, corrected by what shots have
+        taught.
 
         Parameters:
             settings: n settings of the bench, one or more.

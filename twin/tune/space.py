@@ -18,7 +18,7 @@ class Amount(Protocol):
     """A number that the operator sets, SI, above zero."""
 
     def grid(self, count: int) -> Floats:
-        """Values (at most count,) that cover it, rising.
+        """Values (at most count,) that cover the amount's range, rising.
 
         Parameters:
             count: How many values are wanted.
@@ -97,7 +97,7 @@ class ContinuousRange:
             )
 
     def grid(self, count: int) -> Floats:
-        """In equal ratios: a spectrum's level follows the logarithm.
+        """Values in equal ratios: a spectrum's level follows the logarithm.
 
         Parameters:
             count: How many values are wanted.
