@@ -109,7 +109,7 @@ WITHOUT = {
     "training": 138,
     "twin": 224,
     "diagnosis": 143,
-    "validation": 29,
+    "validation": 0,
     "virtualbench": 63,
 }
 
