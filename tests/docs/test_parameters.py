@@ -108,7 +108,7 @@ WITHOUT = {
     "dataset": 46,
     "training": 138,
     "twin": 224,
-    "diagnosis": 89,
+    "diagnosis": 0,
     "validation": 0,
     "virtualbench": 63,
 }
