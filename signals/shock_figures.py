@@ -78,8 +78,8 @@ def shock_figures(
     Parameters:
         acceleration: The record (n,) in m/s2. Samples that are no numbers count as rest.
         sampling_rate_hz: Its sampling rate.
-        start_s: The time of its first sample, from which the times of the figures count; by default
-            0.
+        start_s: The time of its first sample on the clock on which the figures state times; by
+            default 0.
     """
     if acceleration.size < 2:
         return None

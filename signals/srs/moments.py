@@ -45,7 +45,7 @@ def temporal_moments(
     Parameters:
         acceleration: The record (n,) in m/s2, n >= 2.
         sampling_rate_hz: Its sampling rate.
-        start_s: The time of its first sample, from which `centroid_s` counts; by default 0.
+        start_s: The time of its first sample on the clock of `centroid_s`; by default 0.
 
     Source:
         Trifunac and Brady, BSSA 65 (1975) 581, for the duration that holds 90 %.
