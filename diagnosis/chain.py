@@ -20,8 +20,14 @@ def stages_of(
 ) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Gun, contact and plate, as far as they were measured, and a sentence for each that was not.
 
-    Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number
-    that cannot act.
+    Parameters:
+        record: The campaign.
+        options: Options of the diagnosis, of which the stages take uncertain numbers, the
+            registered contact model and the mass of the plate.
+
+    Raises:
+        ValueError: Where nothing was measured, where one configuration was, and for an uncertain
+            number that cannot act.
     """
     stages: list[Stage] = []
     notes: list[str] = []

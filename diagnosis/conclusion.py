@@ -51,8 +51,16 @@ def conclude(
     unknown: UnknownMap,
     stages: Sequence[Stage] = (),
 ) -> Conclusion:
-    """`held` is what was held out by configuration; None where there are too few configurations.
-    `stages` say what channels that were not recorded would show."""
+    """The entries of a report.
+
+    Parameters:
+        posterior: The sets of effects with their probabilities.
+        shares: How much of the gap each effect takes.
+        held: What was held out by configuration; None where there are too few configurations.
+        unknown: Gives the probability of a cause outside of the catalogue from its figures.
+        stages: The stages, which say what channels that were not recorded would show; by default
+            none does.
+    """
     judged = _by_families(posterior, held)
     established = established_sets(posterior, shares, held, judged, stages)
     large_sets = [

@@ -40,7 +40,13 @@ from .verdict import NONE, UNKNOWN, FrequencyBand, Pictures, Shrinkage, TimeWind
 
 
 def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> Where:
-    """By stage, factors, time, frequency, order of runs."""
+    """By stage, factors, time, frequency, order of runs.
+
+    Parameters:
+        gap: The gap of the campaign.
+        stages: The stages whose gap it is, in the order of the bench.
+        rng: Random numbers of the samples and permutations behind intervals and p-values.
+    """
     of = gap.record.configuration_of
     order = np.array([run.order for run in gap.record.runs])
     time, frequency = _of_pulses(stages, rng)

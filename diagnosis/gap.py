@@ -26,8 +26,13 @@ from .verdict import GapSize
 def means(
     residuals: Floats, configuration: Rows, configurations: int
 ) -> tuple[Floats, NDArray[np.intp]]:
-    """Mean over the runs of each configuration (C, D), NaN where there is none, and their
-    number."""
+    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number.
+
+    Parameters:
+        residuals: A value of each run and observable (R, D), NaN where there is none.
+        configuration: The configuration of each run (R,).
+        configurations: The number C of configurations.
+    """
     finite = np.isfinite(residuals)
     total = np.zeros((configurations, residuals.shape[1]))
     count = np.zeros(total.shape, dtype=np.intp)
@@ -49,8 +54,16 @@ class Means:
     def of(
         cls, values: Floats, configuration: Rows, configurations: int, floor: Floats | float = 0.0
     ) -> Self:
-        """From runs (R, d), NaN allowed. The scatter is pooled over configurations; without
-        repetitions: `floor`."""
+        """Means of runs, and what their scatter leaves of them. The scatter is pooled over
+        configurations.
+
+        Parameters:
+            values: A value of each run and observable (R, d), NaN where there is none.
+            configuration: The configuration of each run (R,).
+            configurations: The number C of configurations.
+            floor: The scatter of one run where nothing was repeated, one number or one for each
+                observable (d,); by default 0.
+        """
         mean, count = means(values, configuration, configurations)
         deviation = np.where(np.isfinite(values), values - mean[configuration], 0.0)
         freedom = np.maximum(count - 1, 0).sum(axis=0)
@@ -61,12 +74,20 @@ class Means:
 
 
 def tolerances(observables: Sequence[Observable]) -> Floats:
-    """(d,)"""
+    """The tolerance of each observable (d,), in its unit.
+
+    Parameters:
+        observables: The d observables.
+    """
     return np.array([item.tolerance for item in observables], dtype=np.float64)
 
 
 def floors(observables: Sequence[Observable]) -> Floats:
-    """(d,): what the data sheets say of one run."""
+    """What the data sheets say of one run's scatter (d,), in the unit of each observable.
+
+    Parameters:
+        observables: The d observables.
+    """
     return np.array([item.floor for item in observables], dtype=np.float64)
 
 
@@ -104,14 +125,22 @@ class Noise:
     def of(
         cls, deviations: Floats, configuration: NDArray[np.intp], observables: Sequence[Observable]
     ) -> Self:
-        """From deviations (R, D) of runs from the mean of their configuration, NaN where there is
-        none.
+        """The scatter that repetitions show, drawn towards the data sheets.
 
         Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled
         over observables that a run has both of, times nu / (nu + D), and the rest of the weight to
-        their mean over the lines of a channel (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110,
-        with a weight that is fixed since the optimal one is itself uncertain with few runs). Drawn
-        towards none, a shot that is louder as a whole would count once for each line.
+        their mean over the lines of a channel, with a weight that is fixed since the optimal one is
+        itself uncertain with few runs. Drawn towards none, a shot that is louder as a whole would
+        count once for each line.
+
+        Parameters:
+            deviations: Deviations (R, D) of runs from the mean of their configuration, NaN where
+                there is none.
+            configuration: The configuration of each run (R,).
+            observables: The D observables, whose floors the data sheets give.
+
+        Source:
+            Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110, for the correlations.
         """
         measured = np.isfinite(deviations)
         values = np.where(measured, deviations, 0.0)
@@ -214,8 +243,17 @@ class GapTable:
         stages: Sequence[Stage],
         widened: Mapping[str, float] | None = None,
     ) -> Self:
-        """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can
-        be compared."""
+        """The gap of a campaign.
+
+        Parameters:
+            record: The campaign.
+            stages: Its stages, in the order of the bench.
+            widened: Factors on the tolerances, by the name of the stage; by default tolerances stay
+                as they are.
+
+        Raises:
+            ValueError: Where nothing can be compared.
+        """
         factor = widened or {}
         items = [item for stage in stages for item in stage.observables]
         observables = tuple(
@@ -256,7 +294,11 @@ class GapTable:
         return np.asarray(np.where(self.count > 0, variance, np.nan))
 
     def columns(self, stage: str) -> NDArray[np.intp]:
-        """The observables of a stage."""
+        """The places of a stage's observables in the table.
+
+        Parameters:
+            stage: The name of the stage.
+        """
         return np.flatnonzero([item.stage == stage for item in self.observables])
 
     @property
@@ -311,7 +353,11 @@ class GapMetric:
     @classmethod
     def of(cls, gap: GapTable) -> Self:
         """One stage in its own unit, several in tolerances; a plate without spectra by its modes,
-        in tolerances."""
+        in tolerances.
+
+        Parameters:
+            gap: The gap that is to be measured.
+        """
         spectra = any(item.unit == "dB" for item in gap.observables)
         columns = metric_columns(gap.observables)
         tolerance = gap.tolerance[columns]
@@ -334,22 +380,39 @@ class GapMetric:
 
     def weights(self, gap: GapTable) -> Floats:
         """(D,): of the squares of all observables in tolerances; 0 where one does not count, the
-        others' mean is 1."""
+        others' mean is 1.
+
+        Parameters:
+            gap: The gap whose observables are weighed.
+        """
         weight = np.zeros(len(gap.observables))
         weight[self.columns] = 1 / _stage_counts(gap, self.columns)
         return weight
 
     def scales(self, gap: GapTable) -> dict[str, Floats]:
-        """By stage (d,): the unit of each observable; infinite where it does not count."""
+        """By stage (d,): the unit of each observable; infinite where it does not count.
+
+        Parameters:
+            gap: The gap whose observables are scaled.
+        """
         unit = np.full(len(gap.observables), np.inf)
         unit[self.columns] = self.unit
         return {name: unit[gap.columns(name)] for name in gap.stages}
 
     def rms(self, table: Floats) -> float:
-        """Of a table (C, D), over the cells that there are."""
+        """Root mean square of a table, over the cells that there are.
+
+        Parameters:
+            table: Values (C, D) in the units of the observables; NaN where there is no cell.
+        """
         return float(np.sqrt(np.nanmean((table[:, self.columns] / self.unit) ** 2)))
 
     def size(self, gap: GapTable) -> GapSize:
+        """How large a gap is, in the unit of the metric.
+
+        Parameters:
+            gap: The gap that is measured.
+        """
         before, floor = self.rms(gap.mean), self.rms(np.sqrt(gap.floor_variance))
         return GapSize(
             self.name, before, floor, self.tolerance, max(self.by_stage(gap).values()) > 1.0
@@ -357,7 +420,11 @@ class GapMetric:
 
     def by_stage(self, gap: GapTable) -> dict[str, float]:
         """By stage: rms of what is above the noise floor, in tolerances; 0 where a stage has no
-        cell."""
+        cell.
+
+        Parameters:
+            gap: The gap that is measured.
+        """
         sizes = {}
         excess = (gap.mean**2 - gap.floor_variance) / gap.tolerance**2
         for name in gap.stages:
@@ -375,7 +442,11 @@ def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
 
 
 def metric_columns(observables: Sequence[Observable]) -> NDArray[np.intp]:
-    """Of the observables of all stages (D,), those that the size of the gap counts."""
+    """The places of those observables that the size of the gap counts.
+
+    Parameters:
+        observables: The observables of all stages (D,).
+    """
     spectra = any(item.unit == "dB" for item in observables)
     return np.flatnonzero([_counts(item, spectra) for item in observables])
 

@@ -40,8 +40,12 @@ class ConfigurationFolds:
 
 
 def by_configuration(rows: Rows) -> ConfigurationFolds:
-    """These configurations in turn, spread at random over the folds, always the same way: two
-    methods that hold out the same configurations can be compared."""
+    """Folds that hold out configurations in turn, spread at random over the folds, always the same
+    way: two methods that hold out the same configurations can be compared.
+
+    Parameters:
+        rows: The places of the configurations in the gap table.
+    """
     parts = np.array_split(np.random.default_rng(0).permutation(rows), min(_FOLDS, len(rows)))
     return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 
@@ -50,7 +54,13 @@ def corner(
     configurations: Sequence[RunConfiguration], rows: Rows, size: Floats
 ) -> ConfigurationFolds | None:
     """The corner of the factor space that extrapolates most (`corner_of_factors`); None where there
-    is none."""
+    is none.
+
+    Parameters:
+        configurations: The C configurations of the record.
+        rows: The places of those that have a gap.
+        size: How large the gap of each configuration is (C,).
+    """
     extrapolated = corner_of_factors([configurations[row].factors for row in rows], size[rows])
     return (
         None
@@ -77,9 +87,13 @@ class Gaps:
 
     @classmethod
     def of(cls, stages: Sequence[Stage], scales: Mapping[str, Floats] | None = None) -> Self:
-        """`scales` (d,) by stage, in the units of its observables; tolerances where none is given.
+        """The gaps of the stages of a campaign.
 
-        An infinite scale leaves an observable out.
+        Parameters:
+            stages: The stages of the campaign.
+            scales: What residuals are divided by (d,), by the name of the stage and in the units of
+                its observables; an infinite scale leaves an observable out. By default the
+                tolerances.
         """
         record = stages[0].record
         scale = _by_stage(stages, scales or {})
@@ -103,15 +117,24 @@ class Gaps:
         return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
 
     def over_scale(self, tables: Floats) -> Floats:
-        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no
-        answer."""
+        """Changes (k, C, D) of the observables that are used, over the scale; zero where there is
+        no answer.
+
+        Parameters:
+            tables: Changes (k, C, D') of all observables, in their units.
+        """
         used = np.isfinite(self.scale)
         return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
 
     def squares(self, correction: Floats | float = 0.0) -> Floats:
         """(C,): squared gap of each configuration over all of its observables, its scatter
         included; the mean over the configurations is that over all cells, so that one with few
-        cells counts for no more than they do."""
+        cells counts for no more than they do.
+
+        Parameters:
+            correction: What effects add to the simulation, over the scale: (C, D), or one number
+                for all cells; by default 0.
+        """
         return _over_observables((self.mean - correction) ** 2)
 
     @property
@@ -157,18 +180,30 @@ def measure_reduction(
     pulses: bool = True,
     stage_tolerances: Mapping[str, Floats] | None = None,
 ) -> list[tuple[Shrinkage, FoldCorrections]]:
-    """Held out by configuration in five folds, and once a corner of the factor space, where there
-    is one; with what each fold fitted.
+    """How far the gap shrinks where it is held out: by configuration in five folds, and once a
+    corner of the factor space, where there is one.
 
-    `fit` chooses and fits effects on training configurations (rows of the record). `before` and
-    `after` are rms over held-out configurations and observables of mean residuals over `scales`
-    (d,) by stage (tolerances where none is given; infinite: left out), repetition scatter included.
-    `fraction` is what disappears of what is above the scatter's part. It is None where the gap
-    before is not two standard errors of the scatter above it: no gap to shrink. Negative: the
-    effects made it worse. `effects` are those that most folds chose. `pulses`: whether force pulses
-    are rated after ISO 18571, which costs their simulation. `stage_tolerances` (d,) by stage, in
-    the units of its observables, of the figures in tolerances; those of the observables where none
-    is given.
+    `before` and `after` are rms over held-out configurations and observables of mean residuals over
+    `scales`, repetition scatter included. `fraction` is what disappears of what is above the
+    scatter's part. It is None where the gap before is not two standard errors of the scatter above
+    it: no gap to shrink. Negative: the effects made it worse. `effects` are those that most folds
+    chose.
+
+    Parameters:
+        stages: The stages of the campaign.
+        fit: A function that chooses and fits effects on training configurations (rows of the
+            record).
+        rng: Random numbers of the intervals.
+        scales: What residuals are divided by (d,), by the name of the stage and in the units of its
+            observables; an infinite scale leaves an observable out. By default the tolerances.
+        pulses: Whether force pulses are rated after ISO 18571, which costs their simulation; by
+            default they are.
+        stage_tolerances: Tolerances (d,), by the name of the stage and in the units of its
+            observables, of the figures in tolerances; by default those of the observables.
+
+    Returns:
+        The entry by configuration and that of the corner, each with what the folds fitted; an empty
+        list where fewer than two configurations have a gap.
     """
     gaps = Gaps.of(stages, scales)
     if len(gaps.rows) < 2:
@@ -200,6 +235,14 @@ class FoldCorrections:
 
     @classmethod
     def of(cls, gaps: Gaps, split: ConfigurationFolds, fit: Callable[[Rows], FoldFit]) -> Self:
+        """What each fold of a split fits.
+
+        Parameters:
+            gaps: The gaps before any correction.
+            split: The configurations that are held out in turn.
+            fit: A function that chooses and fits effects on training configurations (rows of the
+                record).
+        """
         folds = tuple(fit(np.setdiff1d(gaps.rows, held)) for held in split.folds)
         return cls(gaps, split, folds, gaps.over_scale(np.array([fold.averaged for fold in folds])))
 
@@ -214,8 +257,11 @@ class FoldCorrections:
         return Counter(self.effects_of_folds).most_common(1)[0][0]
 
     def unseen(self, tables: Floats) -> Floats:
-        """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else
-        0."""
+        """(C, D): each configuration's table by the fold that has not seen it; else 0.
+
+        Parameters:
+            tables: A table of each fold (k, C, D).
+        """
         whole = np.zeros_like(tables[0])
         for held, table in zip(self.split.folds, tables, strict=True):
             whole[held] = table[held]
@@ -231,7 +277,12 @@ class FoldCorrections:
         return self.unseen(self.gaps.over_scale(np.array([fold.corrected for fold in self.folds])))
 
     def squares(self, correction: Floats | float = 0.0) -> Floats:
-        """(n,): mean squared gap of each held-out configuration."""
+        """(n,): mean squared gap of each held-out configuration.
+
+        Parameters:
+            correction: What effects add to the simulation, over the scale of `gaps`: (C, D), or one
+                number for all cells; by default 0.
+        """
         return self.gaps.squares(correction)[self.split.held_out]
 
     @property
@@ -249,7 +300,11 @@ class FoldCorrections:
         )
 
     def fraction(self, correction: Floats) -> float:
-        """Of the reducible gap, that a correction (C, D) takes away where it is held out."""
+        """The part of the reducible gap that a correction takes away where it is held out.
+
+        Parameters:
+            correction: What effects add to the simulation (C, D), over the scale of `gaps`.
+        """
         means = (
             squares.mean() for squares in (self.squares(), self.squares(correction), self.floor)
         )

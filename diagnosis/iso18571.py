@@ -37,8 +37,18 @@ _QUIET = 0.01
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
-    """Of two records (n,) at the same even steps. Raises `ValueError` for different lengths or a
-    constant record."""
+    """The rating of a simulated record beside a measured one.
+
+    Parameters:
+        measured: The measured record (n,), n > 18.
+        simulated: The simulated record (n,) in the same unit, at the same even steps.
+
+    Raises:
+        ValueError: For different lengths, for less than 19 samples, and for a constant record.
+
+    Source:
+        ISO/TS 18571.
+    """
     if measured.shape != simulated.shape or len(measured) <= 2 * _SMOOTH:
         raise ValueError(
             f"records of {len(measured)} and {len(simulated)} samples: give "
@@ -55,8 +65,13 @@ def rating(measured: Floats, simulated: Floats) -> float:
 
 
 def pulse_rating(measured: Floats, simulated: Floats) -> float:
-    """Of two pulses (n,) at the same even steps, of the stretch that is not quiet; NaN where there
-    is none."""
+    """The rating of a simulated pulse beside a measured one, of the stretch that is not quiet; NaN
+    where there is none.
+
+    Parameters:
+        measured: The measured pulse (n,).
+        simulated: The simulated pulse (n,) in the same unit, at the same even steps.
+    """
     if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
         return float("nan")
     size = np.maximum(np.abs(measured), np.abs(simulated))
@@ -132,10 +147,17 @@ def _smooth_slope(values: Floats) -> Floats:
 
 @njit(cache=True)
 def warping_path(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
-    """(k, 2): pairs of samples of x and y on the path of the least sum of squared differences.
+    """(k, 2): pairs of samples of two records on the path of the least sum of squared differences.
 
-    Steps of one sample in x, in y or in both, all of one weight, and at most `window` samples apart
-    (Sakoe and Chiba, IEEE Trans. ASSP 26 (1978) 43).
+    Steps of one sample in x, in y or in both, all of one weight.
+
+    Parameters:
+        x: One record (n,).
+        y: The other record (m,), in the same unit.
+        window: How many samples a pair may be apart at most.
+
+    Source:
+        Sakoe and Chiba, IEEE Trans. ASSP 26 (1978) 43.
     """
     n, m = len(x), len(y)
     cost = np.full((n + 1, m + 1), np.inf)
@@ -162,10 +184,17 @@ def warping_path(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
 def pulse_ratings(
     stages: Sequence[Stage], folds: Sequence[Rows], effects_of_folds: Sequence[Sequence[Effect]]
 ) -> tuple[float, float] | None:
-    """Mean ratings over one run of each held-out configuration; None without measured pulses.
+    """Mean ratings, before and after a correction, over one run of each held-out configuration;
+    None without measured pulses.
 
     Records are aligned at half their peak, so that the rating is of size and shape and no trigger
     counts.
+
+    Parameters:
+        stages: The stages of the campaign.
+        folds: The places of the configurations that each fold holds out.
+        effects_of_folds: The effects that each fold fitted. A parameter is one value or one for
+            each configuration (C,).
     """
     pairs: list[tuple[float, float]] = []
     for stage in [stage for stage in stages if isinstance(stage, ContactObservables)]:

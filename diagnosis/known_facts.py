@@ -43,7 +43,11 @@ class Contradiction:
 
 
 def known_fact_sentences(posterior: HypothesisPosterior) -> Iterator[str]:
-    """For the assumptions of the report."""
+    """Sentences on the measured facts, for the assumptions of the report.
+
+    Parameters:
+        posterior: The sets of effects with their probabilities.
+    """
     for fact in posterior.gap.record.known_facts:
         if fact.effect in posterior.effects:
             yield f"known: {fact.name} = {fact.words}, taken as the prior of this parameter"
@@ -57,7 +61,11 @@ def known_fact_sentences(posterior: HypothesisPosterior) -> Iterator[str]:
 
 
 def contradictions(posterior: HypothesisPosterior) -> Iterator[Contradiction]:
-    """Facts that the record contradicts by more than `CONTRADICTION_U`."""
+    """Facts that the record contradicts by more than `CONTRADICTION_U`.
+
+    Parameters:
+        posterior: The sets of effects with their probabilities.
+    """
     for fact in posterior.gap.record.known_facts:
         if fact.effect not in posterior.effects:
             continue

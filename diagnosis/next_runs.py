@@ -53,8 +53,16 @@ def next_runs(
     remains.
 
     Distance between what two causes say of n shots: (y_j - y_k)' (V_j + V_k + S / n)^-1 (y_j -
-    y_k), V their spread over likely parameters, S the scatter of a shot (Buzzi-Ferraris and
-    Forzatti, Chem. Eng. Sci. 38 (1983) 225).
+    y_k), V their spread over likely parameters, S the scatter of a shot.
+
+    Parameters:
+        posterior: The sets of effects with their probabilities.
+        stages: The stages of the campaign.
+        causes: The causes of the report, by falling probability.
+        rng: Random numbers of the draws of each cause's parameters.
+
+    Source:
+        Buzzi-Ferraris and Forzatti, Chem. Eng. Sci. 38 (1983) 225, for the distance.
     """
     unexplained = _where_unexplained(posterior) if causes[0].effects == (UNKNOWN,) else ()
     pairs = _pairs(causes)
@@ -174,6 +182,9 @@ def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
     For a campaign of one stage, gun or contact: its own settings, and those between and a little
     beyond them. For others, and where nothing was shot, the stages as they are: their own settings
     are all.
+
+    Parameters:
+        stages: The stages of the campaign.
     """
     stage = stages[0]
     if len(stages) == 1 and isinstance(stage, GunObservables):

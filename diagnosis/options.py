@@ -111,7 +111,14 @@ class UnknownMap:
 
 def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
     """The largest probability of `unknown`, by the fraction of the gap that goes held out; 1 where
-    none is known."""
+    none is known.
+
+    Parameters:
+        fraction: The fraction of the reducible gap that effects take away where they were not
+            fitted; None where it is not known.
+        none: The probability that no effect acts; by default 0. Where none acts, half of the
+            fraction says nothing.
+    """
     if fraction is None or not np.isfinite(fraction):
         return 1.0
     remainder = none / 2 + (1 - none) * (
@@ -121,8 +128,13 @@ def unknown_bound(fraction: float | None, none: float = 0.0) -> float:
 
 
 def first_entry_probability(effects: Sequence[str], fraction: float | None) -> float:
-    """The probability that an entry is right, given that the catalogue has what acts: by the
-    `effects` of its likeliest set (none: no effect acts) and the fraction held out."""
+    """The probability that an entry is right, given that the catalogue has what acts.
+
+    Parameters:
+        effects: Ids of the effects of its likeliest set; empty where no effect acts.
+        fraction: The fraction of the reducible gap that effects take away where they were not
+            fitted; None where it is not known.
+    """
     numbers = [ENTRY_INTERCEPT, ENTRY_NONE, ENTRY_SEVERAL, ENTRY_FRACTION]
     return float(1 / (1 + np.exp(-np.dot(numbers, entry_features(effects, fraction)))))
 
@@ -130,7 +142,13 @@ def first_entry_probability(effects: Sequence[str], fraction: float | None) -> f
 def entry_features(
     effects: Sequence[str], fraction: float | None
 ) -> tuple[float, float, float, float]:
-    """One, and the figures of the logit of `first_entry_probability`."""
+    """One, and the figures of the logit of `first_entry_probability`.
+
+    Parameters:
+        effects: Ids of the effects of the entry's likeliest set; empty where no effect acts.
+        fraction: The fraction of the reducible gap that effects take away where they were not
+            fitted; None where it is not known.
+    """
     fraction = _finite(fraction if effects else None, _USUAL_FRACTION)
     return (
         1.0,
@@ -197,7 +215,11 @@ class Options:
         return {stage: value / TOLERANCES[stage] for stage, value in self.tolerances.items()}
 
     def uncertain_of(self, stage: str) -> dict[str, float]:
-        """By the name that the stage knows."""
+        """Standard deviations of a stage's nominal parameters, by the name that the stage knows.
+
+        Parameters:
+            stage: The name of the stage, "gun" or "contact".
+        """
         prefix = f"{stage}."
         return {
             name.removeprefix(prefix): value

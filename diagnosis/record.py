@@ -117,7 +117,12 @@ class CampaignRecord:
 
     def plate_material_of(self, configuration: RunConfiguration) -> str | None:
         """The material of the plate that a configuration strikes; None where the campaign does not
-        state it."""
+        state it.
+
+        Parameters:
+            configuration: The configuration; its factor `plate_material` goes before that of the
+                campaign.
+        """
         factor = configuration.factors.get("plate_material")
         return self.plate_material if factor is None else str(factor)
 
@@ -127,5 +132,9 @@ class CampaignRecord:
         return np.array([run.configuration for run in self.runs], dtype=np.intp)
 
     def run_values(self, name: str) -> Floats:
-        """(R,): a number of each run by its name in `Run`; NaN where it was not measured."""
+        """A number of each run (R,); NaN where it was not measured.
+
+        Parameters:
+            name: The name of the number in `Run`.
+        """
         return np.array([getattr(run, name) for run in self.runs], dtype=np.float64)

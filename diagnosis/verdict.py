@@ -82,7 +82,11 @@ Interval = tuple[float, float]
 
 
 def stage_figure(stage: str) -> str:
-    """The entry of `Shrinkage.more` with the rms error of one stage alone, in its tolerances."""
+    """The entry of `Shrinkage.more` with the rms error of one stage alone, in its tolerances.
+
+    Parameters:
+        stage: The name of the stage.
+    """
     return f"rms of {stage} in tolerances"
 
 
@@ -102,7 +106,14 @@ class FamilyGap:
 
     @classmethod
     def of(cls, family: str, before: float, noise_floor: float, tolerance: float) -> Self:
-        """With what follows from the three sizes."""
+        """The gap of a family, with what follows from its three sizes.
+
+        Parameters:
+            family: The name of the family of observables.
+            before: The rms gap, in the unit of the family.
+            noise_floor: What repetitions leave of it, in the same unit.
+            tolerance: The tolerance, in the same unit.
+        """
         size = cls(family, before, noise_floor, tolerance, beyond_noise=False)
         return replace(size, beyond_noise=size.excess > 1.0)
 
@@ -293,7 +304,11 @@ class SettledBy:
 
 def set_name(effects: Sequence[str]) -> str:
     """A set of effects of which at least one acts, as the path has it: "gun.barrel_loss or
-    gun.valve_flow"."""
+    gun.valve_flow".
+
+    Parameters:
+        effects: Ids of the effects, the likeliest first.
+    """
     return _OR.join(effects)
 
 
@@ -471,7 +486,11 @@ class Verdict:
         return next(entries, None)
 
     def held_out(self, own: EffectSet) -> HeldOutEvidence:
-        """What speaks for a set on configurations that the fit has not seen."""
+        """What speaks for a set on configurations that the fit has not seen.
+
+        Parameters:
+            own: A set of this verdict.
+        """
         gain, whole = own.held_out_gain, self.held_out_fraction
         gone = gain if whole is None else whole
         before = 0.0
@@ -545,7 +564,11 @@ def _set_of(group: Sequence[EffectShare]) -> EffectSet:
 
 def plain(value: Any) -> Any:
     """Records and tuples as JSON has them; of arrays NaN, of which pictures are full, as null,
-    infinities by name."""
+    infinities by name.
+
+    Parameters:
+        value: A record, an effect, an array, or mappings, lists and tuples of such.
+    """
     if isinstance(value, Effect):
         return value.as_json()
     if isinstance(value, np.ndarray):

@@ -21,8 +21,13 @@ class OutputError(OSError):
 def atomic_file(path: Path) -> Iterator[Path]:
     """Gives the name to write to, of the same ending; after the block the file is at `path`.
 
-    A device or a pipe ("/dev/stdout") is written to as it is. Raises `OutputError` where the system
-    refuses it.
+    Parameters:
+        path: Where the file stands after the block. A file that is there already is replaced; of a
+            link, the file that it stands for. A device or a pipe ("/dev/stdout") is written to as
+            it is.
+
+    Raises:
+        OutputError: Where the system refuses to write.
     """
     try:
         if path.exists() and not path.is_file():
@@ -43,12 +48,28 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """UTF-8, whole or not at all. Raises `OutputError`."""
+    """Write a text file in UTF-8, whole or not at all.
+
+    Parameters:
+        path: Where the file stands afterwards; a file that is there already is replaced.
+        text: All of its content.
+
+    Raises:
+        OutputError: Where the system refuses to write.
+    """
     with atomic_file(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Whole or not at all. Raises `OutputError`."""
+    """Write a file of bytes, whole or not at all.
+
+    Parameters:
+        path: Where the file stands afterwards; a file that is there already is replaced.
+        content: All of its bytes.
+
+    Raises:
+        OutputError: Where the system refuses to write.
+    """
     with atomic_file(path) as partial:
         partial.write_bytes(content)

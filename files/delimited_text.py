@@ -26,10 +26,15 @@ _UTF8_LETTER = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}")
 
 
 def decode_utf8(content: bytes) -> str:
-    """What a person wrote, with or without a byte order mark. Raises `ValueError` with the first
-    byte that is no UTF-8.
+    """What a person wrote, with or without a byte order mark.
 
     No other encoding is tried: a name that is read wrongly would be stored as another name.
+
+    Parameters:
+        content: All bytes of the file.
+
+    Raises:
+        ValueError: Where a byte is no UTF-8; the message tells the place of the first one.
     """
     try:
         return content.decode("utf-8-sig")
@@ -38,11 +43,17 @@ def decode_utf8(content: bytes) -> str:
 
 
 def decode_instrument_text(content: bytes) -> str:
-    """What an instrument wrote: whole UTF-8, UTF-16 or Windows-1252. Raises `ValueError` for
-    anything else.
+    """What an instrument wrote: whole UTF-8, UTF-16 or Windows-1252.
 
     UTF-16 is known by its mark. What is no UTF-8 and has no letter of it is Windows-1252, which
     instruments write for `°` and `µ`.
+
+    Parameters:
+        content: All bytes of the file.
+
+    Raises:
+        ValueError: For any other encoding, and for a damaged text; the message tells the place of
+            the first wrong byte.
     """
     if content.startswith(_UTF16_MARKS):
         try:
@@ -65,7 +76,11 @@ def decode_instrument_text(content: bytes) -> str:
 
 def delimiter_of(text: str) -> str:
     """The semicolon, tab or comma that stands most often in the first line that holds anything; a
-    comma without any."""
+    comma without any.
+
+    Parameters:
+        text: The text of the table.
+    """
     first = next((line for line in text.splitlines() if line.strip()), "")
     return max((sign for sign in ";\t," if sign in first), key=first.count, default=",")
 
@@ -75,8 +90,15 @@ def table_rows(text: str, *, strict: bool = False) -> list[Row]:
 
     A number that can be read in two ways (`1,250`) is written as Python does where the other
     numbers of the table prove its meaning. A text that was guarded against spreadsheets is as it
-    was before. Raises `ValueError` naming the row where they do not, and for what is no CSV;
-    `strict` refuses a quote that is not closed, too.
+    was before.
+
+    Parameters:
+        text: The text of the table.
+        strict: Whether a quote that is not closed is refused, too; by default it is not.
+
+    Raises:
+        ValueError: For a number with two readings that no other number settles, and for what is no
+            CSV, where the message names the row; for a text that holds a NUL character.
     """
     if "\0" in text:
         raise ValueError(f"holds a NUL character at {text.index(chr(0))}; not a text file")
@@ -124,7 +146,14 @@ class HeadedTable:
 
     @classmethod
     def of(cls, rows: Sequence[Row]) -> Self:
-        """Raises `ValueError` where there is no row at all."""
+        """The table of rows whose first one is the header.
+
+        Parameters:
+            rows: The rows that hold anything, as `table_rows` gives them.
+
+        Raises:
+            ValueError: Where there is no row at all.
+        """
         if not rows:
             raise ValueError("empty; expected a header and at least one row")
         (_, header), *body = rows
@@ -156,8 +185,15 @@ class HeadedTable:
 
 
 def parse_number(text: str) -> float:
-    """A number as a person or a spreadsheet writes it, thousands apart or not; `ValueError` for
-    anything that is not finite, and for a comma that has two readings (`1,250`)."""
+    """A number as a person or a spreadsheet writes it, thousands apart or not.
+
+    Parameters:
+        text: The cell.
+
+    Raises:
+        ValueError: For anything that is no finite number.
+        AmbiguousNumberError: For a comma that has two readings (`1,250`).
+    """
     try:
         # Python's own spellings, 1_0 and digits of other scripts, are slips of the keyboard in a
         # table.

@@ -43,8 +43,14 @@ class Notation:
     thousands: str | None = None
 
     def plain(self, text: str) -> str:
-        """`text` as Python writes the number. Raises `ValueError` where it is no number of this
-        notation."""
+        """A number of this notation as Python writes it.
+
+        Parameters:
+            text: The number as the table has it.
+
+        Raises:
+            ValueError: Where the text is no number of this notation.
+        """
         for reading in readings(text):
             if reading.decimal in (None, self.decimal) and reading.thousands in (
                 None,
@@ -77,8 +83,11 @@ def _undoubted(plain: str) -> str:
 
 
 def readings(text: str) -> list[NumberReading]:
-    """Every meaning of `text` as a number: two of `1,250` and `1.250`, none of what is no
-    number."""
+    """Every meaning of a text as a number: two of `1,250` and `1.250`, none of what is no number.
+
+    Parameters:
+        text: A cell; blanks around it do not count.
+    """
     match = _NUMBER.fullmatch(text.translate(_SAME_SIGN).strip())
     if match is None:
         return []
@@ -108,8 +117,15 @@ def readings(text: str) -> list[NumberReading]:
 
 
 def plain_number(text: str) -> str:
-    """A number that stands alone, as Python writes it. Raises `AmbiguousNumberError` for a comma
-    that has two readings; a point alone is a decimal point."""
+    """A number that stands alone, as Python writes it.
+
+    Parameters:
+        text: The number; a point alone is a decimal point.
+
+    Raises:
+        ValueError: For a text that is no number.
+        AmbiguousNumberError: For a comma that has two readings.
+    """
     meanings = readings(text)
     if not meanings:
         raise ValueError(f"{text!r} is no decimal number")
@@ -126,17 +142,25 @@ def notation_of(
     decimal: str | None = None,
 ) -> Notation | None:
     """The notation in which a table's numbers are written; None where single numbers contradict
-    each other without doubt about any of them (`0.5` beside `1,5`). Cells that are no numbers do
-    not count.
+    each other without doubt about any of them (`0.5` beside `1,5`).
 
     What proves a sign: `0,5` and `12,34` a decimal sign, `1,234,567` and `1,234.5` a sign between
-    thousands; `decimal` is a sign that the laboratory states. Where no cell proves any, two things
-    count. A comma sets thousands apart in a column that also has numbers below 1000 without it and
-    a group that ends in zero: three decimals in every number would leave no bare ones, and dropped
-    zeros no `1,250`. Between commas (`comma_cells`) a point is a decimal point. What people write
-    (`by_hand`) is less regular: there, only a decimal point between commas, or a decimal comma
-    between other signs, proves what the other sign is. Raises `AmbiguousNumberError` where two
-    readings remain.
+    thousands. Where no cell proves any, two things count. A comma sets thousands apart in a column
+    that also has numbers below 1000 without it and a group that ends in zero: three decimals in
+    every number would leave no bare ones, and dropped zeros no `1,250`. Between commas a point is a
+    decimal point.
+
+    Parameters:
+        columns: The cells of each column of the table. Cells that are no numbers do not count.
+        comma_cells: Whether commas stand between the cells of a row.
+        by_hand: Whether people wrote the table, whose notation is less regular: then only a decimal
+            point between commas, or a decimal comma between other signs, proves what the other sign
+            is. By default an instrument wrote it.
+        decimal: The decimal sign that the laboratory states; None, the default, where it states
+            none.
+
+    Raises:
+        AmbiguousNumberError: Where two readings of a number remain.
     """
     decimals: set[str] = set() if decimal is None else {decimal}
     thousands: set[str] = set()

@@ -24,7 +24,12 @@ _guarding: ContextVar[bool] = ContextVar("spreadsheet_guard", default=True)
 
 @contextmanager
 def guarding(on: bool) -> Iterator[None]:
-    """Whether texts are guarded within the block; programs take them as they are."""
+    """Whether texts are guarded within the block; programs take them as they are.
+
+    Parameters:
+        on: True guards them, which is also what happens outside of any block; False writes them as
+            they are.
+    """
     token = _guarding.set(on)
     try:
         yield
@@ -33,7 +38,12 @@ def guarding(on: bool) -> Iterator[None]:
 
 
 def guarded(cell: Any) -> Any:
-    """A cell as it is written to CSV."""
+    """A cell as it is written to CSV.
+
+    Parameters:
+        cell: The value of the cell. Only a text that a spreadsheet would take for a formula is
+            changed: it gets an apostrophe before it, unless `guarding` is off.
+    """
     if (
         not isinstance(cell, str)
         or not _FORMULA.match(cell)
@@ -45,12 +55,20 @@ def guarded(cell: Any) -> Any:
 
 
 def without_guard(cell: str) -> str:
-    """A cell as it was before `guarded`."""
+    """A cell as it was before `guarded`.
+
+    Parameters:
+        cell: The text of the cell as the file has it.
+    """
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def guarded_frame(frame: Any) -> Any:
-    """A pandas frame whose texts and column names are guarded."""
+    """A pandas frame whose texts and column names are guarded.
+
+    Parameters:
+        frame: The DataFrame that will be written; it is not changed itself.
+    """
     return frame.map(guarded).rename(columns=guarded)
 
 
@@ -61,10 +79,18 @@ class GuardedCsv:
         self._writer = csv.writer(stream, lineterminator=line_end)
 
     def write_row(self, cells: Iterable[Any]) -> None:
-        """One row."""
+        """Write one row.
+
+        Parameters:
+            cells: The values of its cells, in the order of the columns.
+        """
         self._writer.writerow([guarded(cell) for cell in cells])
 
     def write_rows(self, rows: Iterable[Iterable[Any]]) -> None:
-        """All of `rows`."""
+        """Write several rows.
+
+        Parameters:
+            rows: The cells of each row, in the order of the columns.
+        """
         for row in rows:
             self.write_row(row)

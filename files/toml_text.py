@@ -29,8 +29,13 @@ _KEY = re.compile(r"(?<!=)=(?!=)|^[ \t]*+\[", re.MULTILINE)
 def read_toml_text(path: Path) -> str:
     """The text of a TOML file, with or without a byte order mark.
 
-    Raises `ValueError` where it is no UTF-8 or larger than any such file, of which no more is read;
-    `OSError`.
+    Parameters:
+        path: The file.
+
+    Raises:
+        ValueError: Where the file is no UTF-8, or larger than `LARGEST_BYTES`, of which no more is
+            read.
+        OSError: Where the file cannot be read.
     """
     with path.open("rb") as file:
         content = file.read(LARGEST_BYTES + 1)
@@ -42,8 +47,15 @@ def read_toml_text(path: Path) -> str:
 
 
 def toml_table(text: str) -> dict[str, Any]:
-    """What the text of a TOML file says. Raises `ValueError` for no TOML, and beyond a limit:
-    which, how far."""
+    """What the text of a TOML file says.
+
+    Parameters:
+        text: The text of the file.
+
+    Raises:
+        ValueError: For a text that is no TOML, and for one beyond a limit of size, of keys or of
+            depth; the message says which limit, and by how far.
+    """
     _check_size(text)
     try:
         table = tomllib.loads(text)
@@ -59,8 +71,13 @@ def toml_table(text: str) -> dict[str, Any]:
 
 
 def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str = "") -> list[str]:
-    """A message for each key of a table that is not `allowed`; `prefix` stands before the key, such
-    as "bench."."""
+    """A message for each key of a table that is not allowed.
+
+    Parameters:
+        table: The table as it was read.
+        allowed: The keys that it may have; the message lists them.
+        prefix: What stands before the key in the message, such as "bench."; by default nothing.
+    """
     expected = ", ".join(allowed)
     return [
         f"unknown key {_shortened(f'{prefix}{key}')}; known: {expected}"
@@ -72,8 +89,18 @@ def key_problems(table: Mapping[str, Any], allowed: Collection[str], prefix: str
 def check_keys(
     table: object, allowed: Collection[str], where: str, required: Collection[str] = ()
 ) -> None:
-    """Raises `ValueError` for what is no table, for an unknown key, and for a `required` key that
-    is missing."""
+    """Refuse a table whose keys are not those expected.
+
+    Parameters:
+        table: The value that should be a table, as it was read.
+        allowed: The keys that it may have; the message lists them.
+        where: How the message names the table, such as "[plate]".
+        required: Those of the allowed keys that it must have; by default none.
+
+    Raises:
+        ValueError: For a value that is no table, for an unknown key, and for a required key that is
+            missing.
+    """
     if not isinstance(table, Mapping):
         raise ValueError(f"{where} is {_shortened(table)}; expected a table")
     for problem in key_problems(table, allowed):

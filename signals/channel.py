@@ -23,7 +23,12 @@ IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
 
 
 def on_impactor(position: str | None) -> bool:
-    """Whether a sensor at `position` of campaign.toml rides on what strikes."""
+    """Whether a sensor rides on what strikes.
+
+    Parameters:
+        position: Where the sensor is mounted, as campaign.toml states it; None where it states
+            nothing.
+    """
     return (position or "").strip().lower() in IMPACTOR_POSITIONS
 
 
@@ -58,7 +63,11 @@ class Sensor:
 
     def calibration_u_si(self, value_si: float) -> float:
         """Standard uncertainty of a value in SI that comes from the calibration; 0 where none is
-        stated."""
+        stated.
+
+        Parameters:
+            value_si: The value in the SI unit of the sensor's quantity.
+        """
         if self.calibration is None:
             return 0.0
         gain, offset = to_si(self.unit, self.quantity)
@@ -125,8 +134,14 @@ class Channel:
         return without_placeholders(self.si, self.recorded, pulsed=self.quantity in MAY_STAND_ALONE)
 
     def once(self, key: Hashable, reckon: Callable[[], Result]) -> Result:
-        """What `reckon` gives, kept under `key`: several checks need the same figures of the same
-        samples."""
+        """A result that is calculated once for this channel and kept: several checks need the same
+        figures of the same samples.
+
+        Parameters:
+            key: The name under which the result is kept.
+            reckon: A function that calculates the result; it is called only where nothing is kept
+                under `key` yet.
+        """
         if key not in self._reckoned:
             self._reckoned[key] = reckon()
         result: Result = self._reckoned[key]

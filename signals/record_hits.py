@@ -32,8 +32,13 @@ class RecordHit:
 
 
 def hits_of(record: Floats, sampling_rate_hz: float) -> list[RecordHit]:
-    """Hits in a record (n,), in the order of time: one for a shock, however it rings; none for a
-    constant record."""
+    """Hits in a record, in the order of time: one for a shock, however it rings.
+
+    Parameters:
+        record: Acceleration (n,) in m/s2. There are no hits in a constant record, nor in one with
+            samples that are no numbers.
+        sampling_rate_hz: Its sampling rate.
+    """
     if not record.size or not np.isfinite(record.sum()):
         return []
     size = np.abs(record - np.median(record))

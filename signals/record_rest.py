@@ -44,13 +44,19 @@ class RemovedRest:
 
 
 def rest_before_shock(x: Floats) -> tuple[float | None, float]:
-    """The rest of a record (n,) before its shock, None where it has none; and the deviation of the
-    noise at its begin.
+    """The rest of a record before its shock, None where it has none; and the deviation of the noise
+    at its begin.
 
     The shock begins at the first sample that is farther from the median of the first sixteen than 5
     % of the peak or five deviations of the noise, whichever is more. The rest is the mean of the
     first half of what lies before: the second half may hold the foot of a slow pulse. Fewer than
     sixteen samples, or a first half that climbs, are no rest.
+
+    Parameters:
+        x: Acceleration (n,) in m/s2, at least one sample, all of them finite.
+
+    Returns:
+        Both in m/s2.
     """
     begin = x[:NOISE_SAMPLES]
     level = float(np.median(begin[:MIN_REST_SAMPLES]))
@@ -80,8 +86,18 @@ def _first_beyond(x: Floats, level: float, distance: float) -> int:
 def without_rest(
     record: Floats, sampling_rate_hz: float, start_s: float = 0.0, choice: RestChoice = BEFORE_SHOCK
 ) -> tuple[Floats, RemovedRest]:
-    """A record (n,) less its rest, and what was removed. Raises `ValueError` for a stretch that
-    holds no sample."""
+    """A record less its rest, and what was removed.
+
+    Parameters:
+        record: Acceleration (n,) in m/s2.
+        sampling_rate_hz: Its sampling rate.
+        start_s: The time of its first sample on the clock that `choice` counts on; by default 0.
+        choice: What is taken for the rest; by default the rest before the shock, and nothing is
+            removed where the record holds none.
+
+    Raises:
+        ValueError: For a stretch that holds no sample.
+    """
     if choice.kind == "none":
         return record, RemovedRest(0.0, "nothing is removed: zero is as recorded")
     if choice.kind == "stretch":

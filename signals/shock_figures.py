@@ -72,10 +72,14 @@ class ShockFigures:
 def shock_figures(
     acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
 ) -> ShockFigures | None:
-    """Of a record (n,) in m/s2 that holds one shock; None where it never moves, or holds fewer than
-    two numbers.
+    """Figures of a record that holds one shock; None where it never moves, or holds fewer than two
+    numbers.
 
-    Samples that are no numbers count as rest.
+    Parameters:
+        acceleration: The record (n,) in m/s2. Samples that are no numbers count as rest.
+        sampling_rate_hz: Its sampling rate.
+        start_s: The time of its first sample on the clock on which the figures state times; by
+            default 0.
     """
     if acceleration.size < 2:
         return None
@@ -119,7 +123,12 @@ def shock_figures(
 
 
 def summary_lines(samples: int, sampling_rate_hz: float) -> tuple[float, ...]:
-    """Octaves from 10 Hz of which a record holds a period and, in each, ten samples."""
+    """Octaves from 10 Hz, in Hz, of which a record holds a period and, in each, ten samples.
+
+    Parameters:
+        samples: The number of samples in the record.
+        sampling_rate_hz: Its sampling rate.
+    """
     low, high = sampling_rate_hz / samples, sampling_rate_hz / SAMPLES_PER_CYCLE
     octaves = max(0, int(np.floor(np.log2(high / LOWEST_LINE_HZ) + 1e-9)) + 1) if high > 0 else 0
     return tuple(line for line in (LOWEST_LINE_HZ * 2.0**i for i in range(octaves)) if line >= low)

@@ -81,8 +81,12 @@ def registry() -> pint.UnitRegistry[float]:
 def unit_spelling(unit: str) -> str:
     """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers.
 
-    Raises `UnitError` for what pint would take for ever to reckon, such as `10**10**10`: powers are
-    of names, to one or two digits.
+    Parameters:
+        unit: The unit as a file or a person writes it; blanks around it do not count.
+
+    Raises:
+        UnitError: For what pint would take for ever to reckon, such as `10**10**10`: powers are of
+            names, to one or two digits.
     """
     unit = unit.strip()
     if len(unit) > _LONGEST or len(_POWER.findall(unit)) != len(_POWER_OF_NAME.findall(unit)):
@@ -91,7 +95,14 @@ def unit_spelling(unit: str) -> str:
 
 
 def unit_quantity(unit: str) -> Any:
-    """One of a unit, as a quantity of pint. Raises `UnitError` for any text that is none."""
+    """One of a unit, as a quantity of pint.
+
+    Parameters:
+        unit: The unit as a file or a person writes it.
+
+    Raises:
+        UnitError: For any text that is no unit.
+    """
     import pint
 
     try:
@@ -112,10 +123,15 @@ def unit_quantity(unit: str) -> Any:
 
 @cache
 def to_si(unit: str, quantity: str) -> tuple[float, float]:
-    """Gain and offset that take a number in `unit` to the SI unit of `quantity`: si = gain * x +
+    """Gain and offset that take a number in a unit to the SI unit of its quantity: si = gain * x +
     offset.
 
-    Raises `UnitError` for an unknown quantity, an unknown unit, or a unit of another dimension.
+    Parameters:
+        unit: The unit of the number, as a file or a person writes it.
+        quantity: What is measured, a key of `SI_UNITS`.
+
+    Raises:
+        UnitError: For an unknown quantity, an unknown unit, or a unit of another dimension.
     """
     if quantity not in SI_UNITS:
         raise UnitError(f"unknown quantity {quantity!r}; known: {', '.join(SI_UNITS)}")

@@ -47,7 +47,16 @@ _TIERS = ("weak", "middle", "strong", "very strong", "two")
 def trained(
     count: int, seed: int, executor: ExecutorConfig, tell: Callable[[int, int, str], None]
 ) -> Forest | None:
-    """A forest of `count` campaigns. None without scikit-learn."""
+    """A random forest that has learned from campaigns of its own. None without scikit-learn, and
+    where no campaign could be read.
+
+    Parameters:
+        count: The number of campaigns that it learns from.
+        seed: Seed of these campaigns and of the forest. The campaigns are others than those of a
+            check with the same seed.
+        executor: Where the campaigns are simulated, and by how many processes.
+        tell: Called with the campaigns done, their number and what is being done.
+    """
     try:
         import sklearn  # noqa: F401
     except ModuleNotFoundError:
@@ -69,7 +78,13 @@ def trained(
 
 
 def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
-    """A forest trained on rows of features and truth."""
+    """A forest trained on rows of features and truth.
+
+    Parameters:
+        rows: One for each campaign: its "kind", its "features" as numbers, and "truth", the name of
+            its cause.
+        seed: Seed of the forest.
+    """
     x = [np.array(row["features"]) for row in rows]
     return Forest.trained([row["kind"] for row in rows], x, [row["truth"] for row in rows], seed)
 
@@ -115,6 +130,12 @@ class CaseJournal:
         return {row["case"]: row for row in map(json.loads, ended.splitlines())}
 
     def add(self, answer: Mapping[str, Any]) -> None:
+        """Append an answer to the file; do nothing where nothing is kept.
+
+        Parameters:
+            answer: A JSON object with the name of its case under "case" and no number that is not
+                finite.
+        """
         if self.path is None:
             return
         with self.path.open("ab") as file:
@@ -147,14 +168,34 @@ def run(
     kinds: Sequence[str] = (),
     patience_s: float = PATIENCE_S,
 ) -> Report:
-    """`cases` of each tier, answered by `executor` and scored.
+    """Campaigns of each tier, drawn, answered and scored.
 
-    With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was
-    stopped goes on. The forest among the baselines learns from `learn_from` campaigns, by default
-    as many as are scored; 0: no forest. `split`: of families, laws and seeds. `kinds`: these alone,
-    in the tiers in which kinds take turns. A case that takes longer than `patience_s` has no
-    answer. Raises `ValueError` for a tier that there is not and for a folder of another check,
-    `SealError` for a folder of other labels than were published.
+    Parameters:
+        cases: The number of campaigns of each tier.
+        seed: Seed of all draws: the same seed, the same campaigns.
+        tiers: Names of `TIERS` in `validation.case_plan`; by default all of them.
+        executor: Where the campaigns are answered, and by how many processes; by default by two on
+            this machine.
+        folder: Where hashes, sealed labels, key and answers are kept, so that a check that was
+            stopped goes on. By default nothing is kept.
+        progress: Called with the steps done, their number and what is being done; by default
+            nothing is called.
+        options: Options of the diagnosis; by default without the next experiment and without
+            ratings of pulses.
+        baselines: Whether the simple ways of answering are scored beside the diagnosis, which they
+            are by default.
+        learn_from: The number of campaigns that the forest among the baselines learns from: by
+            default as many as are scored; 0: no forest.
+        oracle: Whether the effect that really acts is fitted too, with which the reduction of the
+            gap is compared. By default it is.
+        split: The split of families, laws and seeds, one of `SPLITS`; by default "sealed".
+        kinds: The kinds of campaigns that are drawn in the tiers in which kinds take turns; by
+            default all.
+        patience_s: The time after which a case is given up and has no answer; by default 900 s.
+
+    Raises:
+        ValueError: For a tier or kind that there is not, and for a folder of another check.
+        SealError: For a folder of other labels than were published.
     """
     tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split, kinds)

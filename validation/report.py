@@ -146,7 +146,13 @@ COLUMNS: Mapping[str, Callable[[CaseMetrics], str]] = {
 
 
 def table(tables: Sequence[CaseMetrics], heading: str, names: Sequence[str] | None = None) -> str:
-    """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
+    """A Markdown table of figures; columns that no row fills are left out.
+
+    Parameters:
+        tables: The figures of each row.
+        heading: The heading of the first column, which has the names of the rows.
+        names: The names of the rows; by default those that the figures have themselves.
+    """
     cells = {name: [cell(figures) for figures in tables] for name, cell in COLUMNS.items()}
     kept = {
         name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)
@@ -203,15 +209,27 @@ SCORED = "scored.jsonl"
 
 
 def write_rows(file: Path, request: Mapping[str, Any], rows: Sequence[CaseResult]) -> None:
-    """What was asked for on the first line, then a row each: the truth, what was said, and the
-    oracle's shrinkage."""
+    """Write the scored rows of a check: what was asked for on the first line, then a row each with
+    the truth, what was said, and the oracle's shrinkage.
+
+    Parameters:
+        file: Where the rows are written, as lines of JSON.
+        request: What the check was asked for: number of cases, seed, tiers and split.
+        rows: The scored cases.
+    """
     lines = [json.dumps(dict(request)), *(json.dumps(asdict(row)) for row in rows)]
     write_text(file, "\n".join(lines) + "\n")
 
 
 def read_rows(file: Path) -> tuple[dict[str, Any], list[CaseResult]]:
-    """The inverse. Raises `ValueError` where a check was not finished, and for a file that is none
-    of these."""
+    """What a check was asked for, and its scored rows: the inverse of `write_rows`.
+
+    Parameters:
+        file: The file `SCORED` in the folder of the check.
+
+    Raises:
+        ValueError: Where a check was not finished, and for a file that has no scored rows.
+    """
     if not file.is_file():
         raise ValueError(
             f"{file.parent}: no {file.name} there; finish this check with "
@@ -229,8 +247,14 @@ def read_rows(file: Path) -> tuple[dict[str, Any], list[CaseResult]]:
 
 
 def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[CaseResult]]:
-    """What each check was asked for, and the rows of all. Raises `ValueError` for one that is there
-    twice."""
+    """What each check was asked for, and the rows of all.
+
+    Parameters:
+        files: The scored rows of each check.
+
+    Raises:
+        ValueError: For a case that is there twice, and for a file that `read_rows` refuses.
+    """
     checks: list[dict[str, Any]] = []
     rows: list[CaseResult] = []
     seen: dict[tuple[int, str], Path] = {}

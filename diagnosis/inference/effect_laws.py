@@ -71,13 +71,22 @@ class Coordinate:
         return self.logarithmic and not low < self.parameter.off < high
 
     def value(self, u: Floats) -> Floats:
+        """Values of the parameter, in its unit, inside of the allowed range.
+
+        Parameters:
+            u: Numbers with a standard normal prior, of any shape.
+        """
         raw = self.centre + self.scale * u
         return np.clip(
             np.exp(raw) if self.logarithmic else raw, self.parameter.low, self.parameter.high
         )
 
     def place(self, value: float) -> float:
-        """The u of a value."""
+        """The u of a value.
+
+        Parameters:
+            value: A value of the parameter, in its unit.
+        """
         return float(((np.log(value) if self.logarithmic else value) - self.centre) / self.scale)
 
 
@@ -118,7 +127,11 @@ class EffectLaw:
         return len(self.coordinates) * (1 + len(self.level_names))
 
     def values(self, u: Floats) -> dict[str, float | Floats]:
-        """Parameters by name: a number, or one for each of `levels`."""
+        """Parameters by name: a number, or one for each of `levels`.
+
+        Parameters:
+            u: The numbers (size,) of the law.
+        """
         table: dict[str, float | Floats] = {}
         for coordinate, at in zip(
             self.coordinates, (self.placing @ u).reshape(len(self.coordinates), -1), strict=True
@@ -145,7 +158,11 @@ class EffectLaw:
         return np.kron(np.eye(len(self.coordinates)), single)
 
     def effect(self, u: Floats) -> Effect:
-        """The effect of the twin at u."""
+        """The effect of the twin at u.
+
+        Parameters:
+            u: The numbers (size,) of the law.
+        """
         return self.kind(**dict(self.fixed), **self.values(u))
 
     @property
@@ -154,7 +171,11 @@ class EffectLaw:
         return replace(self, levels=(), level_names=(), owner="")
 
     def common_part(self, u: Floats) -> Floats:
-        """Of its numbers u, those of the law with one value for all levels."""
+        """The numbers u of the law with one value for all levels, from those of this law.
+
+        Parameters:
+            u: The numbers (size,) of the law.
+        """
         rows = u.reshape(len(self.coordinates), -1)
         return np.asarray(rows[:, 0] * (np.sqrt(COMMON_SHARE) if self.levels else 1.0))
 
@@ -173,7 +194,11 @@ class EffectLaw:
         return places
 
     def level_start(self, places: Floats) -> Floats:
-        """The likeliest u with which the first coordinate lies at `places` (L,) in the levels."""
+        """The likeliest u with which the first coordinate lies at given places in the levels.
+
+        Parameters:
+            places: The place (L,) of the coordinate in each of the L levels.
+        """
         common, own = np.sqrt(COMMON_SHARE), np.sqrt(1 - COMMON_SHARE)
         u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
         u[0, 0] = common * places.sum() / (own**2 + len(places) * common**2)
@@ -200,7 +225,14 @@ class LawRanges:
 def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[EffectLaw]:
     """All laws of one effect.
 
-    Raises `ValueError` for an effect none of whose parameters has a likely range.
+    Parameters:
+        kind: The class of the effect.
+        ranges: Where its parameters begin to be seen, and what the laboratory measured of them.
+        owners: What its parameters may belong to, with levels: the laws that have a value for each
+            level are added.
+
+    Raises:
+        ValueError: For an effect none of whose parameters has a likely range.
     """
     likely = [item for item in kind.parameters() if item.likely is not None]
     if not likely:
@@ -344,10 +376,13 @@ def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
 
 
 def owners_of(configurations: Sequence[Mapping[str, Any]]) -> Owners:
-    """Levels of what parameters may belong to, from the factors of C configurations.
+    """Levels of what parameters may belong to.
 
     "bullet": the projectile, told by its mass; "tip" and "face": what touches; "layer": the
     insulator; "plate".
+
+    Parameters:
+        configurations: The factors of C configurations, by name.
     """
     columns = {
         "bullet": [row.get("bullet_mass", "") for row in configurations],

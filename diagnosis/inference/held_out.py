@@ -67,8 +67,14 @@ class FoldFit:
 
 
 def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = ()) -> FoldFit:
-    """`training`: places of configurations in the gap table. `only`: some sets instead of the whole
-    library."""
+    """The sets of a library as one fold fits and averages them.
+
+    Parameters:
+        library: The sets that were fitted to all configurations.
+        training: The places of the training configurations in the gap table.
+        only: Sets that are averaged instead of those of the library; by default those of the
+            library are.
+    """
     problem = library.problem
     inside = problem.only(training)
     candidates = [fit for fit, _ in library.weights(_WINDOW)][:_MOST]
@@ -107,8 +113,13 @@ def _with_exact_laws(fit: SubsetFit) -> SubsetFit:
 
 
 def cell_weights(weights: Floats, changes: Floats) -> Floats:
-    """(k, C, D), sum one over the k sets: of those with an answer in a cell of their changes (k, C,
-    D); of all where none has."""
+    """(k, C, D), sum one over the k sets: weights of those with an answer in a cell; of all where
+    none has.
+
+    Parameters:
+        weights: The weight (k,) of each set.
+        changes: What each set changes (k, C, D); NaN where it has no answer.
+    """
     weights = weights[:, None, None]
     with_answer = np.isfinite(changes) * weights
     total = with_answer.sum(axis=0)
@@ -120,7 +131,13 @@ def stacking_weights(
 ) -> Floats:
     """(k,): weights of sets, none negative, sum one, whose mean predicts best, in the metric of the
     gap, each configuration from all others, and the corner of the factor space from what is outside
-    of it. They stay near `prior_weights` (k,) as far as `_POSTERIOR_WEIGHT` says."""
+    of it.
+
+    Parameters:
+        problem: The problem of the configurations that are predicted.
+        fits: The k sets as they were fitted to it.
+        prior_weights: Weights (k,) that they stay near, as far as `_POSTERIOR_WEIGHT` says.
+    """
     from scipy.optimize import nnls
 
     if len(fits) == 1:
@@ -218,8 +235,13 @@ def _with_discrepancy(
 
 
 def set_predictions(library: ModelLibrary, training: Rows, fits: Sequence[SubsetFit]) -> Floats:
-    """(k, C, D): what each set predicts where it was fitted to the training configurations
-    alone."""
+    """(k, C, D): what each set predicts where it was fitted to the training configurations alone.
+
+    Parameters:
+        library: The library of the problem.
+        training: The places of the training configurations in the gap table.
+        fits: The k sets as they were fitted to all configurations.
+    """
     problem = library.problem
     inside = problem.only(training)
     starts = [_start_again(inside, _linear_fit(problem, inside, fit)) for fit in fits if fit.laws]

@@ -83,7 +83,12 @@ class ModelLibrary:
     fits: dict[tuple[str, ...], SubsetFit] = field(default_factory=dict)
 
     def add(self, fits: Iterable[SubsetFit]) -> None:
-        """A polished fit takes the place of one that is not; else the likelier one stays."""
+        """Adds fits. A polished fit takes the place of one that is not; else the likelier one
+        stays.
+
+        Parameters:
+            fits: Sets of laws that were fitted to the problem.
+        """
         for fit in fits:
             key = tuple(sorted(fit.key))
             old = self.fits.get(key)
@@ -116,13 +121,27 @@ class ModelLibrary:
         self.add(fresh)
 
     def has(self, laws: Sequence[EffectLaw]) -> bool:
+        """Whether a set of laws was fitted.
+
+        Parameters:
+            laws: The laws of the set, in any order.
+        """
         return tuple(sorted(law.key for law in laws)) in self.fits
 
     def log_joint(self, fit: SubsetFit) -> float:
-        """Log evidence plus log prior of the set."""
+        """Log evidence plus log prior of the set.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         return fit.log_evidence + self.log_set_prior(fit)
 
     def log_set_prior(self, fit: SubsetFit) -> float:
+        """Log prior of the set: of which effects act, and by which laws.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         prior = sum(self.prior[name][name in fit.effects] for name in self.prior)
         return prior + sum(law.log_prior for law in fit.laws)
 
@@ -140,7 +159,11 @@ class ModelLibrary:
         }
 
     def best(self, without: Collection[str] = ()) -> SubsetFit:
-        """The likeliest set, of those without some effects."""
+        """The likeliest set.
+
+        Parameters:
+            without: Ids of effects that the set must not have; by default none.
+        """
         return max(
             (fit for fit in self.fits.values() if not set(fit.effects) & set(without)),
             key=self.log_joint,
@@ -148,7 +171,11 @@ class ModelLibrary:
 
     def weights(self, window: float = WINDOW) -> list[tuple[SubsetFit, float]]:
         """Sets within Occam's window, the likeliest first, and their probabilities by the tempered
-        posterior."""
+        posterior.
+
+        Parameters:
+            window: How far below the likeliest a set may be, in nats; by default 20.
+        """
         joint = {key: self.log_joint(fit) for key, fit in self.fits.items()}
         top = max(joint.values())
         kept = sorted(
@@ -166,8 +193,13 @@ def set_prior(
     laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()
 ) -> dict[str, tuple[float, float]]:
     """By effect, the logarithms of the probabilities that it acts and that it does not, such that
-    none of all effects acts with `NONE_PRIOR`: of all that are `detectable`, where the laws are
-    those of some of them."""
+    none of all effects acts with `NONE_PRIOR`.
+
+    Parameters:
+        laws: The laws of the effects that are looked for.
+        detectable: The classes of all effects that the campaign can show, where the laws are those
+            of some of them. By default those of the laws are all.
+    """
     from scipy.optimize import brentq
 
     odds = {law.id: law.kind.prior_odds for law in laws}
@@ -190,7 +222,12 @@ def search(
 ) -> ModelLibrary:
     """The library of a problem. Stages are independent given what was measured between them, but
     for the sensors that two of them share: each is searched by itself, and what they find together
-    begins the search of all."""
+    begins the search of all.
+
+    Parameters:
+        problem: The gap, and the laws that may explain it.
+        progress: Called with a line of text after each step; by default nothing is called.
+    """
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
     if len(problem.blocks) == 1:
@@ -408,8 +445,14 @@ def _shrink(
 def fit_sets(
     problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]
 ) -> None:
-    """Fits sets of effects by id, each by the laws that are likeliest in the library (else all its
-    laws, singly)."""
+    """Fits sets of effects, each effect by its law in the likeliest set of the library, else by the
+    law that is likeliest before any evidence, and adds them to the library.
+
+    Parameters:
+        problem: The problem that they are fitted to.
+        library: Its library; sets that it has are not fitted again.
+        sets: Ids of the effects of each set.
+    """
     best = library.best()
     used = {law.id: (law, part) for law, part in zip(best.laws, best.parts, strict=True)}
     picked: list[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = []
@@ -429,9 +472,14 @@ def fit_sets(
 def fit_other_laws(
     problem: InferenceProblem, current: SubsetFit, laws: Sequence[EffectLaw]
 ) -> list[SubsetFit]:
-    """The most promising sets in which one of some `laws`, that need not be the problem's, joins
-    the current set, takes the place of one of its effects, or acts alone; fitted and polished. A
-    set has one law of each effect."""
+    """The most promising sets in which one of some laws joins the current set, takes the place of
+    one of its effects, or acts alone; fitted and polished. A set has one law of each effect.
+
+    Parameters:
+        problem: The problem that they are fitted to.
+        current: The set that is changed.
+        laws: The laws that are tried, which need not be the problem's.
+    """
     moves = []
     for law in laws:
         at = [i for i, own in enumerate(current.laws) if own.id == law.id]

@@ -59,6 +59,15 @@ class HypothesisPosterior:
         kinds: Sequence[type[Effect]],
         progress: Callable[[str], None] = lambda _: None,
     ) -> HypothesisPosterior:
+        """The sets of effects that may make a gap, searched and weighed.
+
+        Parameters:
+            gap: The gap of the campaign.
+            stages: The stages whose gap it is.
+            kinds: The classes of the effects that are looked for.
+            progress: Called with a line of text after each step of the search; by default nothing
+                is called.
+        """
         problem = InferenceProblem.of(gap, stages, kinds)
         library = search(problem, progress)
         _fit_neighbours(problem, library)
@@ -91,7 +100,11 @@ class HypothesisPosterior:
         return min(_RARE, self.weighted[0][1] / 20)
 
     def inclusion(self, effect: str) -> float:
-        """Posterior probability that it acts."""
+        """Posterior probability that an effect acts.
+
+        Parameters:
+            effect: The id of the effect.
+        """
         return sum(weight for fit, weight in self.weighted if effect in fit.effects)
 
     @cached_property
@@ -118,7 +131,11 @@ class HypothesisPosterior:
 
     def taken(self, fit: SubsetFit) -> float:
         """The fraction of the reducible gap (roots, as the report has it) that a set takes in the
-        sample."""
+        sample.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         remaining_square = self._square(
             [
                 residual(block, own)
@@ -132,7 +149,11 @@ class HypothesisPosterior:
 
     def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
         """By effect of a set, of the squared gap: the mean of what it takes alone and after all
-        others, and the latter by itself."""
+        others, and the latter by itself.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         if fit.key not in self._rough_shares:
             points = [fit.point()]
             alone, last, _ = ends(self.problem, points, self.weights, self._before)
@@ -144,7 +165,11 @@ class HypothesisPosterior:
         return self._rough_shares[fit.key]
 
     def major(self, fit: SubsetFit) -> tuple[str, ...]:
-        """The effects of a set that make much of the gap, largest first; the largest always."""
+        """The effects of a set that make much of the gap, largest first; the largest always.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         if not fit.laws:
             return ()
         shares = self.rough_shares(fit)
@@ -225,7 +250,11 @@ class HypothesisPosterior:
 
     def within_tolerance(self, fit: SubsetFit) -> float:
         """The probability that a set moves no family of observables by a tolerance, over the
-        posterior of its parameters, linear about the fit."""
+        posterior of its parameters, linear about the fit.
+
+        Parameters:
+            fit: The set as it was fitted.
+        """
         if not fit.laws:
             return 1.0
         if fit.key not in self._within:
@@ -277,7 +306,12 @@ class HypothesisPosterior:
         )
 
     def representative(self, names: Sequence[str]) -> SubsetFit:
-        """The likeliest fit whose major effects these are."""
+        """The likeliest fit whose major effects are given ones; the likeliest of all where no
+        likely set has them.
+
+        Parameters:
+            names: Ids of the major effects, in any order; none for no effect.
+        """
         wanted = frozenset(names)
         for fit, weight in self.weighted:
             if weight > self._rare and (
@@ -291,8 +325,12 @@ class HypothesisPosterior:
         return sorted(self.library.fits.values(), key=self.library.log_joint)
 
     def parameters(self, effect: str) -> tuple[Fitted, ...]:
-        """Of an effect in the likeliest set that has it, with 90 % intervals; () where no set has
-        it."""
+        """Parameters of an effect in the likeliest set that has it, with 90 % intervals; () where
+        no set has it.
+
+        Parameters:
+            effect: The id of the effect.
+        """
         for fit, _ in [*self.weighted, *((fit, 0.0) for fit in reversed(self._best_of_effects()))]:
             if effect in fit.effects:
                 return fitted_parameters(fit, effect)
@@ -312,7 +350,13 @@ def _fit_neighbours(problem: InferenceProblem, library: ModelLibrary) -> None:
 
 
 def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fitted, ...]:
-    """Parameters of one effect of a set, those of levels by their names."""
+    """Parameters of one effect of a set, those of levels by their names, with 90 % intervals.
+
+    Parameters:
+        fit: The set as it was fitted.
+        effect: The id of the effect.
+        prefix: What stands before the names of the parameters; by default nothing.
+    """
     covariance = np.linalg.inv(fit.precision)
     last, table = 0, []
     for law, part in zip(fit.laws, fit.parts, strict=True):
@@ -339,13 +383,20 @@ def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fi
 
 def fitted_effects(fit: SubsetFit) -> tuple[Effect, ...]:
     """The effects of a set as they were fitted; parameters that differ between levels are (C,) by
-    configuration."""
+    configuration.
+
+    Parameters:
+        fit: The set as it was fitted.
+    """
     return tuple(law.effect(own) for law, own in zip(fit.laws, fit.parts, strict=True))
 
 
 def common_effects(fit: SubsetFit) -> tuple[Effect, ...]:
-    """The same with one value for all levels: what a twin can take over for other
-    configurations."""
+    """The same with one value for all levels: what a twin can take over for other configurations.
+
+    Parameters:
+        fit: The set as it was fitted.
+    """
     return tuple(
         law.common.effect(law.common_part(own))
         for law, own in zip(fit.laws, fit.parts, strict=True)

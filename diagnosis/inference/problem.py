@@ -55,7 +55,12 @@ class JointSimulator:
 
     def changes(self, points: Sequence[Point], stages: Collection[str] | None = None) -> Floats:
         """(k, C, D): by how much each set moves the nominal observables; NaN where there is no
-        answer, 0 in stages that are not asked for."""
+        answer, 0 in stages that are not asked for.
+
+        Parameters:
+            points: The k sets of laws, each law with its numbers u.
+            stages: Names of the stages that are asked for; by default all.
+        """
         if not points:
             return np.zeros((0, *self.shape))
         tables = [
@@ -111,7 +116,12 @@ class JointSimulator:
 
 def negligible_places(simulator: JointSimulator, tolerance: Floats) -> dict[str, float]:
     """By law key, for laws whose first parameter grows from nothing: the largest u, from -4 up, at
-    which the law moves no observable by a twentieth of its tolerance (D,)."""
+    which the law moves no observable by a twentieth of its tolerance.
+
+    Parameters:
+        simulator: What simulates the laws.
+        tolerance: The tolerance of each observable (D,), in its unit.
+    """
     places = np.linspace(-4.0, 0.0, 9)
     laws = [law for law in simulator.laws if law.coordinates[0].one_sided and not law.levels]
     negligible: dict[str, float] = {}
@@ -160,6 +170,12 @@ class StageBlock:
 
     @classmethod
     def of(cls, gap: GapTable, stage: str) -> Self:
+        """The cells of a stage that have a measured value.
+
+        Parameters:
+            gap: The gap of the campaign.
+            stage: The name of the stage.
+        """
         columns = np.zeros(len(gap.observables), dtype=bool)
         columns[gap.columns(stage)] = True
         c, o = np.nonzero((gap.count > 0) & columns[None, :])
@@ -174,7 +190,11 @@ class StageBlock:
         )
 
     def only(self, rows: Rows) -> Self:
-        """The cells of some configurations (by their place in the gap table)."""
+        """The cells of some configurations.
+
+        Parameters:
+            rows: The places of the configurations in the gap table.
+        """
         kept = np.flatnonzero(np.isin(self.configuration, rows))
         pair = np.ix_(kept, kept)
         return replace(
@@ -189,7 +209,11 @@ class StageBlock:
         )
 
     def take(self, table: Floats) -> Floats:
-        """(..., C, D) to (..., N), in tolerances; NaN where there is no answer."""
+        """The cells (..., N) of tables, in tolerances; NaN where there is no answer.
+
+        Parameters:
+            table: Tables (..., C, D) in the units of the observables.
+        """
         return np.asarray(table[..., self.configuration, self.observable] / self.tolerance)
 
 
@@ -206,6 +230,14 @@ class InferenceProblem:
 
     @classmethod
     def of(cls, gap: GapTable, stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> Self:
+        """The problem that the gap of a campaign poses.
+
+        Parameters:
+            gap: The gap of the campaign.
+            stages: The stages whose gap it is.
+            kinds: The classes of the effects that are looked for; those that no stage can show are
+                left out.
+        """
         shown = {identity for stage in stages for identity in stage.shows}
         own = [kind for kind in kinds if kind.id in shown]
         owners = owners_of([configuration.factors for configuration in gap.record.configurations])
@@ -233,12 +265,20 @@ class InferenceProblem:
         return tuple(dict.fromkeys(law.id for law in self.laws))
 
     def only(self, rows: Rows) -> Self:
-        """Some of the configurations; the simulator still knows all."""
+        """The problem of some of the configurations; the simulator still knows all.
+
+        Parameters:
+            rows: The places of the configurations in the gap table.
+        """
         return replace(self, blocks=tuple(block.only(rows) for block in self.blocks))
 
     def stage(self, name: str) -> Self:
         """One stage by itself, given what was measured at its entrance, with the laws that it
-        shows."""
+        shows.
+
+        Parameters:
+            name: The name of the stage.
+        """
         shown = {
             identity
             for stage in self.simulator.stages
@@ -252,7 +292,12 @@ class InferenceProblem:
         )
 
     def cell_levels(self, law: EffectLaw, block: StageBlock) -> Rows:
-        """(N,): the level of a law's owner that each cell of a stage tells of; -1 for none."""
+        """(N,): the level of a law's owner that each cell of a stage tells of; -1 for none.
+
+        Parameters:
+            law: A law with a value for each level of its owner.
+            block: The cells of the stage.
+        """
         parted = [stage for stage in self.simulator.stages if law.owner in stage.parts(law.kind)]
         if not parted:
             return np.asarray(np.array(law.levels)[block.configuration])
@@ -264,7 +309,11 @@ class InferenceProblem:
         return np.asarray(levels[block.observable])
 
     def changes(self, points: Sequence[Point]) -> list[Floats]:
-        """By block (k, N): what each set changes, in tolerances; NaN where there is no answer."""
+        """By block (k, N): what each set changes, in tolerances; NaN where there is no answer.
+
+        Parameters:
+            points: The k sets of laws, each law with its numbers u.
+        """
         table = self.simulator.changes(points, [block.stage for block in self.blocks])
         return [block.take(table) for block in self.blocks]
 

@@ -55,23 +55,38 @@ class GapShares:
 
     def of_set(self, effects: Sequence[str]) -> tuple[float, tuple[float, float]]:
         """The share of some effects together, with its 90 % interval. Drawn jointly: what one of
-        them gives up to another does not widen it. The set errs as its first effect does."""
+        them gives up to another does not widen it. The set errs as its first effect does.
+
+        Parameters:
+            effects: Ids of the effects, at least one.
+        """
         columns = [list(self.share).index(name) for name in effects]
         return _with_interval(self.draws[:, columns].sum(axis=1), self.normals[:, columns[0]])
 
 
 def reducible_square(before: float, floor: float) -> float:
     """Of a squared gap what is beyond the noise floor, of which effects take shares; of one near
-    the floor, whose shares would be of next to nothing, a quarter."""
+    the floor, whose shares would be of next to nothing, a quarter.
+
+    Parameters:
+        before: The squared gap, in tolerances squared.
+        floor: What repetitions leave of it, in tolerances squared.
+    """
     return max(before - floor, before / 4, 1e-9)
 
 
 def gap_shares(
     library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator
 ) -> GapShares:
-    """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's
-    metric; `floor`: the sum over all cells, so weighed, of the variance that repetitions leave, in
-    tolerances squared."""
+    """Shares of the effects, averaged over the likeliest sets.
+
+    Parameters:
+        library: The sets that were fitted.
+        weights: Weights (D,) of the observables' squares in the gap's metric.
+        floor: The sum over all cells, so weighed, of the variance that repetitions leave, in
+            tolerances squared.
+        rng: Random numbers of the draws from the posterior.
+    """
     weighted_sets = library.weights()
     # Of very many sets that are alike none has much weight.
     least_weight = min(_LEAST, _LEAST_EXACT * weighted_sets[0][1])
@@ -189,7 +204,15 @@ def _first_and_last(
 def ends(
     problem: InferenceProblem, points: Sequence[tuple[object, ...]], weights: Floats, before: float
 ) -> tuple[Floats, Floats, Floats]:
-    """(k, m) reduction by each law alone, (k, m) by each after all others, (k,) by all."""
+    """(k, m) reduction of the squared gap by each law alone, (k, m) by each after all others, (k,)
+    by all.
+
+    Parameters:
+        problem: The problem that simulates them.
+        points: k sets of the same m laws, each law with its numbers u.
+        weights: Weights (D,) of the observables' squares in the gap's metric.
+        before: The squared gap without effects, so weighed, in tolerances squared.
+    """
     count = len(points[0])
     points_to_simulate: list[tuple[object, ...]] = []
     for pairs in points:

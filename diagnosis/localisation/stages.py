@@ -49,7 +49,14 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     beside the last one because errors that cancel at the end (a gain of the sensor between two
     stages) would otherwise be nobody's. Shares are clipped at zero and sum to one. The 90 %
     intervals draw whole configurations with replacement; where there are not two, that of a share
-    is (0, 1), and own gaps have none. Raises as `chain_of`.
+    is (0, 1), and own gaps have none.
+
+    Parameters:
+        stages: The stages of the campaign, in the order of the bench.
+        rng: Random numbers by which configurations are drawn.
+
+    Raises:
+        ValueError: Without stages, or where none has a measured exit.
     """
     links, record = [_counted(link) for link in chain_of(stages)], stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
@@ -88,7 +95,14 @@ def _counted(link: Link) -> Link:
 
 
 def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:
-    """Sentences on stages that have no measured exit of their own. Raises as `chain_of`."""
+    """Sentences on stages that have no measured exit of their own.
+
+    Parameters:
+        stages: The stages of the campaign, in the order of the bench.
+
+    Raises:
+        ValueError: Without stages, or where none has a measured exit.
+    """
     return tuple(
         f"nothing was measured between {_name(group)}: their gaps are told as one"
         for group in _groups(stages)
@@ -97,12 +111,17 @@ def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:
 
 
 def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
-    """Links in the order of the bench, of stages in theirs: gun, contact, plate.
+    """Links in the order of the bench.
 
     With y measured at an exit, and s_k simulated there by all stages from the measured entrance of
     link k on, link i adds s_(i+1) - s_i, and the last one y - s_i. Velocities and pulses are
     compared as logarithms and spectra in dB, so that the parts of a small gap add up as causes do.
-    Raises `ValueError` without stages, or where none has a measured exit.
+
+    Parameters:
+        stages: The stages of the campaign, in the order of the bench: gun, contact, plate.
+
+    Raises:
+        ValueError: Without stages, or where none has a measured exit.
     """
     groups = _groups(stages)
     exits: list[list[Floats]] = [[] for _ in groups]
@@ -124,10 +143,15 @@ def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
 
 
 def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
-    """(players, ...): each player's mean gain over all orders of joining; `value` of each of the
-    2^S coalitions.
+    """(players, ...): each player's mean gain over all orders of joining.
 
-    Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
+    Parameters:
+        value: A function that gives the value of a coalition, a set of the numbers of its players.
+            It is called once for each of the 2^S coalitions.
+        players: The number S of players.
+
+    Source:
+        Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
     """
     worth = cache(value)
     gains = np.zeros((players, *worth(frozenset()).shape))

@@ -102,11 +102,19 @@ class Stage(ABC):
         return tuple(identity for identity, kind in catalogue().items() if self.applies(kind))
 
     def applies(self, kind: type[Effect]) -> bool:
-        """Whether an effect is one of the stage, or of the sensors on either side of it."""
+        """Whether an effect is one of the stage, or of the sensors on either side of it.
+
+        Parameters:
+            kind: The class of the effect.
+        """
         return issubclass(kind, self.effect_kind) or changes_reading(kind, *self.sensor_hooks)
 
     def acting(self, effects: Sequence[Effect]) -> list[Effect]:
-        """Those that apply to the stage."""
+        """Those effects that apply to the stage.
+
+        Parameters:
+            effects: Effects of any stage.
+        """
         return [effect for effect in effects if self.applies(type(effect))]
 
     @abstractmethod
@@ -115,14 +123,27 @@ class Stage(ABC):
 
     @abstractmethod
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        """(R, d): observables that the records would show, given what was measured at the entrance.
+        """Observables (R, d) that the records would show; NaN where there is no answer.
 
-        With `upstream` given that instead, which is true and passes no sensor. NaN where there is
-        no answer.
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each run
+                (R,).
+            upstream: What the stage before gives to each run, which is true and passes no sensor.
+                By default what was measured at the entrance.
         """
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
-        """What it hands to the next stage, for each run. Raises `ValueError` for the last stage."""
+        """What it hands to the next stage, for each run.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each run
+                (R,).
+            upstream: What the stage before gives to each run; by default what was measured at the
+                entrance.
+
+        Raises:
+            ValueError: For the last stage.
+        """
         raise ValueError(f"the {self.name} is the last stage: nothing takes what it gives")
 
     @abstractmethod
@@ -130,20 +151,35 @@ class Stage(ABC):
         """(k, C, d): by how much each of k sets of effects moves the nominal observables in each
         configuration.
 
-        Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that
-        stops. At one representative run for each configuration; the cost grows with configurations,
-        not with runs.
+        NaN where there is no answer: a shot that stops. At one representative run for each
+        configuration; the cost grows with configurations, not with runs.
+
+        Parameters:
+            sets: The k sets of effects; effects of other stages in a set do nothing here. A
+                parameter is one value or one for each configuration (C,), or, of the plate, one for
+                each mode or sensor.
         """
 
     def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:  # noqa: ARG002
         """Parts of the structure from whose one to the next a parameter of an effect may differ, by
         what its owner is called: the level of each value of the parameter's array, and the names of
-        the levels."""
+        the levels.
+
+        Parameters:
+            kind: The class of the effect.
+        """
         return {}
 
     def part_of_observables(self, owner: str, names: Sequence[str]) -> NDArray[np.intp]:  # noqa: ARG002
-        """(d,): which of an owner's parts, by their `names`, each observable tells of; -1 for
-        none."""
+        """(d,): which of an owner's parts each observable tells of; -1 for none.
+
+        Parameters:
+            owner: What the parts belong to, as `parts` names it.
+            names: The names of its parts.
+
+        Raises:
+            LookupError: For a stage without such parts.
+        """
         raise LookupError(f"the {self.name} has no parts that are called {owner!r}")
 
     @property
@@ -156,9 +192,16 @@ class Stage(ABC):
         channel: str,
         sets: Sequence[Sequence[Effect]],  # noqa: ARG002
     ) -> PossibleObservables:
-        """What one of `possible_channels` would have shown under each of k sets of effects, one
-        value of a parameter for all configurations or one for each. Raises `LookupError` for
-        another channel."""
+        """What a channel that was not recorded would have shown under each of k sets of effects.
+
+        Parameters:
+            channel: One of `possible_channels`.
+            sets: The k sets of effects. A parameter is one value for all configurations or one for
+                each (C,).
+
+        Raises:
+            LookupError: For another channel.
+        """
         raise LookupError(f"the {self.name} cannot say what {channel!r} would show")
 
     def nuisances(self) -> dict[str, Floats]:
@@ -174,8 +217,12 @@ class Stage(ABC):
         return self._residuals
 
     def median_runs(self, values: Floats) -> NDArray[np.intp]:
-        """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all
-        are NaN."""
+        """(C,): the run of each configuration with the lower median of a quantity; -1 where all are
+        NaN.
+
+        Parameters:
+            values: The quantity (R,) of each run, NaN where it has none.
+        """
         rows = np.full(len(self.record.configurations), -1)
         for configuration in range(len(rows)):
             runs = np.flatnonzero(
@@ -189,8 +236,13 @@ class Stage(ABC):
 
 
 def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
-    """The effects of the sensors as a chain, of other stages none; with `hooks` those that
-    `changes_reading`."""
+    """The effects of the sensors as a chain, of other stages none.
+
+    Parameters:
+        effects: Effects of any stage.
+        hooks: Names of methods of `SensorEffect`: only effects that change what one of them gives
+            are taken; without any name all effects of sensors.
+    """
     sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
     return SensorChain.of(
         effect for effect in sensors if not hooks or changes_reading(type(effect), *hooks)
@@ -198,8 +250,12 @@ def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
 
 
 def changes_reading(kind: type[Effect], *hooks: str) -> bool:
-    """Whether an effect is one of a sensor and changes what one of the hooks of `SensorEffect`
-    gives."""
+    """Whether an effect is one of a sensor and changes what one of its methods gives.
+
+    Parameters:
+        kind: The class of the effect.
+        hooks: Names of methods of `SensorEffect`.
+    """
     return issubclass(kind, SensorEffect) and any(
         getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks
     )
@@ -214,8 +270,10 @@ def batched_changes(
     """(k, C, d): by how much each of k sets of effects moves what is observed; nothing for an empty
     set.
 
-    `observed` takes effects whose parameters are one value or go with n x C cases, set by set, and
-    n, and gives (n C, d).
+    Parameters:
+        sets: The k sets of effects. A parameter is one value or one for each of the C cases.
+        observed: A function that gives the observables (n C, d) of effects whose parameters are one
+            value or go with n x C cases, set by set, and of n.
     """
     nominal = observed((), 1)
     changes = np.zeros((len(sets), *nominal.shape))
@@ -230,8 +288,13 @@ def batched_changes(
 
 
 def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
-    """Effects for k x `count` cases, set by set, of k sets of the same kinds; parameters are one
-    value or `count`."""
+    """Effects for k x `count` cases, set by set, in the place of k sets.
+
+    Parameters:
+        sets: The k sets, all of effects of the same kinds. A parameter is one value or one for each
+            case (`count`,).
+        count: The number of cases of a set.
+    """
     ordered = [sorted(effects, key=lambda effect: effect.id) for effects in sets]
     return [
         replace(
@@ -248,9 +311,13 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
 
 
 def at_rows(effects: Sequence[E], rows: Rows) -> tuple[E, ...]:
-    """Effects whose parameters are one value or one for each case (n,), for the cases `rows` (k,),
-    each as often as it is named. (Cases are impacts, shots, or configurations of which runs are
-    wanted.)"""
+    """The same effects for some of the cases. (Cases are impacts, shots, or configurations of which
+    runs are wanted.)
+
+    Parameters:
+        effects: Effects whose parameters are one value or one for each case (n,).
+        rows: The places (k,) of the wanted cases; a case may be named several times.
+    """
 
     def values(effect: E) -> dict[str, Floats]:
         arrays = {item.name: np.asarray(getattr(effect, item.name)) for item in effect.parameters()}

@@ -14,8 +14,12 @@ __all__ = ["ImplausibleRecordError", "LikelyMistake", "check", "implausible"]
 
 
 def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
-    """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal
-    ones."""
+    """Likely mistakes of labels and units in a record, refusals first.
+
+    Parameters:
+        record: The campaign.
+        stages: Its nominal stages.
+    """
     findings = [*setting_findings(record), *tensile_force(record)]
     if not findings:
         findings = [
@@ -27,8 +31,15 @@ def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Likely
 
 
 def check(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
-    """What is worth naming. Raises `ImplausibleRecordError` for a record that cannot be what it
-    says."""
+    """The likely mistakes that are worth naming.
+
+    Parameters:
+        record: The campaign.
+        stages: Its nominal stages.
+
+    Raises:
+        ImplausibleRecordError: For a record that cannot be what it says.
+    """
     findings = implausible(record, stages)
     refusals = [finding.message for finding in findings if finding.severity == "refuse"]
     if refusals:

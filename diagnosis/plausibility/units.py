@@ -85,7 +85,13 @@ class LogGap:
 
     @classmethod
     def of(cls, nats: Floats, decisive: NDArray[np.bool_] | slice = slice(None)) -> Self:
-        """Of logarithms (C, k); centre and scatter are those of the `decisive` columns (k,)."""
+        """The gap of a table of logarithms.
+
+        Parameters:
+            nats: Natural logarithms (C, k) of measured over simulated values; NaN where a
+                configuration has none.
+            decisive: Which of the columns (k,) centre and scatter are taken from; by default all.
+        """
         from scipy.stats import median_abs_deviation
 
         with warnings.catch_warnings():
@@ -128,9 +134,15 @@ class Suspicion:
 def unit_finding(
     reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]
 ) -> LikelyMistake | None:
-    """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would
-    explain it, least remaining gap first; with a refusal among them only refusals. None where no
-    mistake fits."""
+    """The likeliest of the mistakes that would explain a gap, least remaining gap first; with a
+    refusal among them only refusals. None where no mistake fits.
+
+    Parameters:
+        reading: The name of the quantity that is off, as the message has it.
+        stage: The name of the stage from whose simulation it is off.
+        gap: The gap by which it is off.
+        suspicions: The mistakes that are tried, each with the gap that it would leave.
+    """
     fits = sorted(
         (item for item in suspicions if item.severity), key=lambda item: item.remaining.rms
     )
@@ -166,8 +178,13 @@ _POWERS = {"ln_velocity": (1, 0), "ln_peak": (1, 0), "ln_impulse": (1, 1), "ln_w
 
 
 def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[LikelyMistake]:
-    """Of gun and contact, at most one for each likeliest mistake's channel: that of the larger
-    gap."""
+    """Mistakes of gun and contact, at most one for each likeliest mistake's channel: that of the
+    larger gap.
+
+    Parameters:
+        record: The campaign.
+        stages: Its nominal stages; those of other names than gun and contact are passed over.
+    """
     largest: dict[str, tuple[float, LikelyMistake]] = {}
     for stage in stages:
         suspected = _stage_finding(record, stage) if stage.name in _ENTRANCE else None
@@ -180,7 +197,13 @@ def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[Likel
 
 
 def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[LikelyMistake]:
-    """At most a hint: air in front of the projectile takes much the same from a velocity."""
+    """At most a hint that pressures are absolute: air in front of the projectile takes much the
+    same from a velocity.
+
+    Parameters:
+        record: The campaign.
+        stages: Its nominal stages; without a gun there is no hint.
+    """
     stage = next((stage for stage in stages if stage.name == "gun"), None)
     pressure = _readings(record, "tank_pressure_pa")
     measured = pressure[np.isfinite(pressure)]

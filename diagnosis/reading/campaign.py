@@ -52,9 +52,13 @@ _CONDITIONS = (
 def read_settings(
     session: Session, keys: Sequence[int]
 ) -> tuple[tuple[RunConfiguration, ...], tuple[int, ...], tuple[str, ...]]:
-    """Of runs by the store's `keys` of their configurations: configurations in the order of their
-    first runs, the row of each run's, and sentences on columns that are no settings. Configurations
-    that differ in those alone are one."""
+    """Configurations in the order of their first runs, the row of each run's, and sentences on
+    columns that are no settings. Configurations that differ in those alone are one.
+
+    Parameters:
+        session: An open session of the store.
+        keys: The store's key of the configuration of each run, in the order of the runs.
+    """
     stored = configuration_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
     runs = [
@@ -76,6 +80,9 @@ def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
 
     Of the factors of each run the free ones that are a text or a condition of its own in nearly
     every run.
+
+    Parameters:
+        runs: The factors of each run, by name.
     """
     notes = []
     for name in dict.fromkeys(name for run in runs for name in run if name not in BY_NAME):
@@ -116,7 +123,11 @@ def _factor_text(name: str, value: Factor) -> str:
 def travel_m(configuration: RunConfiguration) -> float | None:
     """The projectile's travel to the vent holes, m; None where no column has it.
 
-    Raises `ValueError` for a column that is not a positive number.
+    Parameters:
+        configuration: The configuration, in whose factors the column is looked for.
+
+    Raises:
+        ValueError: For a column that is not a positive number.
     """
     name = next((name for name in TRAVEL if configuration.factors.get(name) is not None), None)
     if name is None:
@@ -130,7 +141,15 @@ def travel_m(configuration: RunConfiguration) -> float | None:
 def assumptions(
     campaign: Campaign, record: CampaignRecord, hits: Sequence[StoredImpact], series: HitSeries
 ) -> Iterator[str]:
-    """In the order of the chain: pressure, velocity, force, acceleration, plate."""
+    """Sentences on what was taken for granted, in the order of the chain: pressure, velocity,
+    force, acceleration, plate.
+
+    Parameters:
+        campaign: The campaign's row in the store.
+        record: What was read of the campaign.
+        hits: Its impacts or shots, in the order of runs.
+        series: The series that were read of them, and what was left out.
+    """
     yield from _gun(record, hits)
     yield from _velocity(hits)
     yield from _force(hits, series)
@@ -281,12 +300,18 @@ _THICKNESS_M = 0.010
 def read_campaign(
     session: Session, name: str, *, most_runs_per_configuration: int = 10
 ) -> CampaignRecord:
-    """The campaign `name` of the store.
+    """A campaign of the store.
 
-    Velocities are of all runs; series of at most `most_runs_per_configuration` of each
-    configuration, evenly chosen. Raises `LookupError` for an unknown campaign, `ValueError` for one
-    without any run, for a channel that holds no number, and for a projectile's travel that is no
-    length.
+    Parameters:
+        session: An open session of the store.
+        name: The name of the campaign.
+        most_runs_per_configuration: The largest number of runs of each configuration whose series
+            are read, evenly chosen; by default 10. Velocities are those of all runs.
+
+    Raises:
+        LookupError: For an unknown campaign.
+        ValueError: For a campaign without any run, for a channel that holds no number, and for a
+            projectile's travel that is no length.
     """
     campaign = session.get_one(Campaign, get_campaign_id(session, name))
     hits = read_hits(session, campaign)
@@ -384,8 +409,12 @@ def _hits_with_series(hits: Sequence[StoredImpact], rows: Sequence[int], most: i
 
 
 def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
-    """Places of at most `most` members of each group, evenly over its order; None is of no
-    group."""
+    """Places of some members of each group, evenly over its order.
+
+    Parameters:
+        groups: The group of each member; None is of no group.
+        most: The largest number of members of a group that are chosen.
+    """
     members_of: dict[int, list[int]] = {}
     for i, group in enumerate(groups):
         if group is not None:
@@ -404,9 +433,14 @@ IN_MEMORY_BYTES = 256 * 2**20
 
 
 def read_folder(path: Path) -> CampaignRecord:
-    """The campaign in the folder `path`, as `read_campaign` gives it. Leaves nothing behind.
+    """The campaign in a folder, as `read_campaign` gives it. Leaves nothing behind.
 
-    Raises `IngestError` for a folder that the ingest refuses.
+    Parameters:
+        path: The folder of the campaign.
+
+    Raises:
+        IngestError: For a folder that the ingest refuses.
+        ValueError: For a campaign that `read_campaign` refuses.
     """
     from ...ingest.load import ingest_folder
 

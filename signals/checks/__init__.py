@@ -57,12 +57,20 @@ SPECTRUM_CHECKS: tuple[SpectrumCheck, ...] = (check_balance, check_noise_floor, 
 
 
 def run_checks(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """What every check in `CHECKS` finds, in that order. `contacts` ascend in time and may be
-    empty."""
+    """What every check in `CHECKS` finds, in that order.
+
+    Parameters:
+        channel: The record that is checked.
+        contacts: Its contacts in the order of time; there may be none.
+    """
     return [finding for check in CHECKS for finding in check(channel, contacts)]
 
 
 def run_spectrum_checks(channel: Channel, spectrum: Spectrum) -> list[Finding]:
-    """What every check in `SPECTRUM_CHECKS` finds, in that order, in the `spectrum` of an
-    acceleration."""
+    """What every check in `SPECTRUM_CHECKS` finds, in that order.
+
+    Parameters:
+        channel: The acceleration that is checked.
+        spectrum: The shock response spectrum of this acceleration.
+    """
     return [finding for check in SPECTRUM_CHECKS for finding in check(channel, spectrum)]

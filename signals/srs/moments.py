@@ -37,12 +37,18 @@ class Moments:
 def temporal_moments(
     acceleration: Floats, sampling_rate_hz: float, start_s: float = 0.0
 ) -> Moments:
-    """Moments of a record (n,), n >= 2, by the trapezoid rule; `centroid_s` counts from the time
-    zero of `start_s`.
+    """Moments of a record by the trapezoid rule.
 
     E = m0(0), centroid = m1(0) / E, D = sqrt(m2 / E), root energy amplitude Ae = sqrt(E / D). The
-    effective durations hold the middle 80 and 90 % of the energy (the latter: Trifunac and Brady,
-    BSSA 65 (1975) 581).
+    effective durations hold the middle 80 and 90 % of the energy.
+
+    Parameters:
+        acceleration: The record (n,) in m/s2, n >= 2.
+        sampling_rate_hz: Its sampling rate.
+        start_s: The time of its first sample on the clock of `centroid_s`; by default 0.
+
+    Source:
+        Trifunac and Brady, BSSA 65 (1975) 581, for the duration that holds 90 %.
     """
     step = 1 / sampling_rate_hz
     time = step * np.arange(acceleration.size)

@@ -57,8 +57,16 @@ def octave_grid(low_hz: float, high_hz: float, per_octave: int = PER_OCTAVE) -> 
 
 
 def grid_of_record(samples: int, sampling_rate_hz: float, per_octave: int = PER_OCTAVE) -> Floats:
-    """From one cycle in the record up to `SAMPLES_PER_CYCLE`. Raises `ValueError` for a record too
-    short for a line."""
+    """The lines (f,) in Hz from one cycle in the record up to `SAMPLES_PER_CYCLE`.
+
+    Parameters:
+        samples: The number of samples in the record.
+        sampling_rate_hz: Its sampling rate.
+        per_octave: Lines to an octave; by default 6, which ISO 18431-4 asks for at 5 % damping.
+
+    Raises:
+        ValueError: For a record too short for a line.
+    """
     low, high = sampling_rate_hz / samples, sampling_rate_hz / SAMPLES_PER_CYCLE
     if low > high:
         raise ValueError(
@@ -74,8 +82,13 @@ DEFAULT_Q = 10.0
 def checked_records(acceleration: Floats) -> Floats:
     """Records (..., n) as contiguous numbers.
 
-    Raises `ValueError` for none, for what is no number, and for a constant other than 0: a shot
-    that fails is all 0.
+    Parameters:
+        acceleration: Records (..., n) in m/s2. A record of zeros is allowed: a shot that fails is
+            all 0.
+
+    Raises:
+        ValueError: For a record without samples, for a sample that is no number, and for a record
+            that is constant at another value than 0.
     """
     # One kind of array: the compiled loop knows no other.
     records = np.require(acceleration, np.float64, ["C", "A", "W"])
@@ -99,15 +112,30 @@ def checked_records(acceleration: Floats) -> Floats:
 
 
 def checked_rate(sampling_rate_hz: float) -> float:
-    """Raises `ValueError`."""
+    """The sampling rate in Hz, where it is positive and finite.
+
+    Parameters:
+        sampling_rate_hz: The sampling rate of the records.
+
+    Raises:
+        ValueError: For any other number.
+    """
     if not (math.isfinite(sampling_rate_hz) and sampling_rate_hz > 0):
         raise ValueError(f"sampling_rate_hz = {sampling_rate_hz!r}: expected a positive number")
     return float(sampling_rate_hz)
 
 
 def checked_damping(q: float | None, damping_ratio: float | None) -> float:
-    """The damping ratio of the oscillators, Q = 10 by default. Raises `ValueError` for both, or
-    none below critical."""
+    """The damping ratio of the oscillators, that of Q = 10 where neither is given.
+
+    Parameters:
+        q: Q of the oscillators, above 0.5; None where it is not given.
+        damping_ratio: Their damping ratio, above 0 and below 1, in the place of `q`: 1/(2 Q); None
+            where it is not given.
+
+    Raises:
+        ValueError: Where both are given, and for damping that is not below critical.
+    """
     if q is not None and damping_ratio is not None:
         raise ValueError(f"q = {q!r} and damping_ratio = {damping_ratio!r}: expected one of them")
     if damping_ratio is not None:
@@ -121,8 +149,16 @@ def checked_damping(q: float | None, damping_ratio: float | None) -> float:
 
 
 def checked_lines(frequency_hz: Floats | Sequence[float], sampling_rate_hz: float) -> Floats:
-    """Lines (f,) in any order. Raises `ValueError` for none, and at half the sampling rate and
-    above."""
+    """Lines (f,) in Hz, in the order in which they are given.
+
+    Parameters:
+        frequency_hz: The lines (f,), in any order.
+        sampling_rate_hz: The sampling rate of the record.
+
+    Raises:
+        ValueError: Where there is no line, for a line that is not positive, and for one at half the
+            sampling rate or above.
+    """
     lines = np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64))
     if lines.ndim != 1 or lines.size == 0 or not np.all(lines > 0):
         raise ValueError("frequency_hz: expected (f,) positive numbers, at least one")
@@ -414,8 +450,18 @@ def oscillator_response(
     q: float | None = None,
     damping_ratio: float | None = None,
 ) -> Response:
-    """Of one record (n,), m/s2, from rest. Q is 10 by default. Raises `ValueError` as a spectrum
-    does."""
+    """The response of one oscillator, at rest before the first sample, to one record.
+
+    Parameters:
+        acceleration: The record (n,) in m/s2.
+        sampling_rate_hz: Its sampling rate.
+        frequency_hz: The natural frequency of the oscillator.
+        q: Q of the oscillator; by default 10.
+        damping_ratio: Its damping ratio, in the place of `q`: 1/(2 Q).
+
+    Raises:
+        ValueError: For more than one record, and for what `shock_response_spectrum` refuses.
+    """
     from .kernel import run_series
 
     record, rate = checked_records(acceleration), checked_rate(sampling_rate_hz)

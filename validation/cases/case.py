@@ -142,20 +142,34 @@ class Label:
         return json.loads(json.dumps(asdict(self)))  # type: ignore[no-any-return]
 
     def sha256(self, salt: bytes) -> str:
-        """Hash of salt and label, without the folder's hash, which is known only after the
-        recording."""
+        """Hash of salt and label in hexadecimal digits, without the folder's hash, which is known
+        only after the recording.
+
+        Parameters:
+            salt: The key of the sealed labels. Without it, nobody can guess the label from its
+                hash.
+        """
         table = {key: value for key, value in self.as_json().items() if key != "folder_sha256"}
         return hashlib.sha256(salt + json.dumps(table, sort_keys=True).encode()).hexdigest()
 
     @classmethod
     def from_json(cls, table: Mapping[str, Any]) -> Label:
-        """The inverse of `as_json`."""
+        """The inverse of `as_json`.
+
+        Parameters:
+            table: A label as `as_json` gives it.
+        """
         tuples = {name: tuple(table[name]) for name in ("cause", "configurations", "shown")}
         return cls(**{**table, **tuples})
 
 
 def tier_of(ratio: float) -> str:
-    """The tier of a gap over floor: "weak" below 1.5, "beyond" above 20."""
+    """The tier of a gap over floor: "none" where there is no gap, "weak" below 1.5, "beyond" from
+    20 on.
+
+    Parameters:
+        ratio: The largest gap over floor of a stage.
+    """
     if not ratio > 0:
         return "none"
     named = (name for name, (_, high) in TIERS.items() if name != "any" and ratio < high)
@@ -178,7 +192,11 @@ class ActingCause:
     laws: str = ""
 
     def restricted(self, names: Collection[str]) -> ActingCause:
-        """With these of its effects alone."""
+        """The same cause with some of its effects alone.
+
+        Parameters:
+            names: Ids of the effects that are kept.
+        """
         return replace(
             self, strengths=tuple((name, value) for name, value in self.strengths if name in names)
         )
@@ -188,11 +206,26 @@ class ActingCause:
         return dict(self.strengths)
 
     def places(self, count: int) -> Floats:
+        """The place (C,) of each configuration in the order of runs, from 0 to 1.
+
+        Parameters:
+            count: The number C of configurations, over which the places are spread evenly where the
+                cause has no `order`.
+        """
         return np.array(self.order) if self.order else np.linspace(0, 1, count)
 
     def outside(self, plan: tuple[CaseSetting, ...]) -> UnknownEffect:
+        """What the family outside of the catalogue does to a campaign.
+
+        Parameters:
+            plan: The configurations of the campaign.
+        """
         return UnknownEffect(self.family, self.amount, plan)
 
     def touches(self, *beginnings: str) -> bool:
-        """Whether the name of something that acts begins with one of these."""
+        """Whether the name of something that acts begins with one of these.
+
+        Parameters:
+            beginnings: Beginnings of the names of effects and families, such as "plate.".
+        """
         return any(name.startswith(beginnings) for name in (*self.table, self.family))

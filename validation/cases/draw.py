@@ -50,14 +50,27 @@ def draw_case(
     decoy: bool | None = None,
     number: int | None = None,
 ) -> Case:
-    """A case of a kind ("gun", "hammer", "plate", "chain") whose gap over floor lies in a tier.
+    """A case whose gap over floor lies in a tier.
 
-    `cause`: "catalogue" (one effect, drawn), "none", "unknown" (a family of `split`), "two"
-    effects, or the name of an effect or family. "none" and "two" take no notice of the tier. With a
-    named cause whose physical range does not reach the tier the case has what is nearest:
-    `Label.tier` says where it is. `decoy`: whether a nominal figure is mis-stated within tolerance
-    (None: in a third of the cases); `number`: the design (None: drawn). Raises `ValueError` for
-    unknown words, and for a cause that the kind cannot show.
+    With a named cause whose physical range does not reach the tier the case has what is nearest:
+    `Label.tier` says where it is.
+
+    Parameters:
+        kind: The kind of campaign: "gun", "hammer", "plate" or "chain".
+        tier: The range of the gap over floor, by its name in `TIERS`. The causes "none" and "two"
+            take no notice of it.
+        rng: Random numbers from which the case is drawn.
+        cause: "catalogue" (one effect, drawn), which is the default, "none", "unknown" (a family of
+            `split`), "two" effects, or the name of an effect or family.
+        split: The split whose families outside of the catalogue may be drawn; by default "sealed".
+        rough: Whether the background is rougher than the diagnosis assumes; by default it is not.
+        decoy: Whether a nominal figure is mis-stated within tolerance; by default in a third of the
+            cases.
+        number: The number of the design; by default it is drawn.
+
+    Raises:
+        ValueError: For unknown words, for a cause that the kind cannot show, and where no such case
+            is drawn.
     """
     _check(kind, tier, cause)
     for _ in range(_DRAW_TRIES):
@@ -93,7 +106,16 @@ def base_case(
     rough: bool = False,
     number: int | None = None,
 ) -> Case:
-    """A case without a cause: its plan, background, noise and the order of its runs."""
+    """A case without a cause: its plan, background, noise and the order of its runs.
+
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        tier: The range of the gap over floor, by its name in `TIERS`; the case only keeps this
+            name.
+        rng: Random numbers from which the case is drawn.
+        rough: Whether the background is rougher than the diagnosis assumes; by default it is not.
+        number: The number of the design; by default it is drawn.
+    """
     return Case(
         kind=kind,
         tier=tier,
@@ -214,9 +236,15 @@ def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = Fa
     each off with probability 0.3, errors that go either way with a random sign, in an atmosphere of
     0.9 to 1.04 standard ones.
 
-    At full scale the gap is 10 to 60 tolerances (a plate's 4 to 60); where it is less, all effects
-    but those of the sensors grow together within their physical ranges. Raises `ValueError` where
-    no such case is drawn.
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        rng: Random numbers from which the case is drawn.
+        full_scale: Whether the gap is 10 to 60 tolerances (a plate's 4 to 60): where it is less,
+            all effects but those of the sensors grow together within their physical ranges. By
+            default the gap is 1.5 to 90 tolerances.
+
+    Raises:
+        ValueError: Where no such case is drawn.
     """
     limits = FULL_SCALE[kind] if full_scale else USUAL_GAP
     for _ in range(_TRIES):
@@ -232,9 +260,18 @@ def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = Fa
 
 
 def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: int) -> Case:
-    """A case of one or two effects that act by second laws of a split, with a gap of 1.5 to 6
-    floors (two: 3 to 20, each 1.5 or more alone). Raises `ValueError` where no such case is
-    drawn."""
+    """A case of one or two effects that act by second laws, with a gap of 1.5 to 6.3 floors (two: 3
+    to 20, each 1.7 or more alone).
+
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        rng: Random numbers from which the case is drawn.
+        split: The split whose second laws the effects obey.
+        effects: How many effects act, 1 or 2.
+
+    Raises:
+        ValueError: Where no such case is drawn.
+    """
     for _ in range(_TRIES):
         case = replace(base_case(kind, "any", rng), laws=split)
         names = rng.choice(shown_by(kind, case.design), effects, replace=False).tolist()
@@ -254,9 +291,17 @@ def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: in
 
 
 def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
-    """A case of five to seven effects that act by second laws of a split, at full scale, in an
-    atmosphere; sensors stay within their data sheets. Raises `ValueError` where no such case is
-    drawn."""
+    """A case of five to seven effects that act by second laws, at full scale, in an atmosphere;
+    sensors stay within their data sheets.
+
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        rng: Random numbers from which the case is drawn.
+        split: The split whose second laws the effects obey.
+
+    Raises:
+        ValueError: Where no such case is drawn.
+    """
     limits = FULL_SCALE[kind]
     for _ in range(_TRIES):
         case = replace(base_case(kind, "any", rng), laws=split)
@@ -280,12 +325,21 @@ def draw_visible_bench(
     effects: tuple[int, int],
     limits: tuple[float, float],
 ) -> Case:
-    """A case of so many effects (least and most) that act by second laws of a split, with a gap
-    within `limits`. What each effect makes alone is drawn evenly in its logarithm: a weak law is as
-    strong as it has to be to be seen.
+    """A case of several effects that act by second laws. What each effect makes alone is drawn
+    evenly in its logarithm: a weak law is as strong as it has to be to be seen.
 
     A gun at full scale stands in an atmosphere, which counts as an effect; sensors stay within
-    their data sheets. Raises `ValueError` where no such case is drawn.
+    their data sheets.
+
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        rng: Random numbers from which the case is drawn.
+        split: The split whose second laws the effects obey.
+        effects: The least and the largest number of effects that act.
+        limits: The least and the largest gap over all observables, in tolerances.
+
+    Raises:
+        ValueError: Where no such case is drawn.
     """
     full_scale = limits[1] > SMALL_GAP[1]
     atmosphere = full_scale and kind in GUN_KINDS
@@ -306,8 +360,16 @@ def draw_visible_bench(
 
 
 def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
-    """A case whose cause is a family of a split, with a gap of 2 to 10 tolerances. Raises
-    `ValueError` where no such case is drawn."""
+    """A case whose cause is a family outside of the catalogue, with a gap of 2 to 10 tolerances.
+
+    Parameters:
+        kind: The kind of campaign, one of `ALL_KINDS`.
+        rng: Random numbers from which the case is drawn.
+        split: The split whose families may be drawn.
+
+    Raises:
+        ValueError: Where no such case is drawn.
+    """
     for _ in range(_TRIES):
         case = base_case(kind, "any", rng)
         name = str(rng.choice(families(kind, split)))
@@ -331,7 +393,11 @@ def draw_outside(kind: str, rng: np.random.Generator, split: str) -> Case:
 
 def total_gap(case: Case) -> float:
     """Root mean square over all configurations and observables of all stages, in tolerances;
-    infinite where a shot does not leave the barrel, and where the bench gives up on it."""
+    infinite where a shot does not leave the barrel, and where the bench gives up on it.
+
+    Parameters:
+        case: The case, with its cause.
+    """
     try:
         moved = changes(case.kind, case.design, whole_cause(case))
     except (

@@ -46,10 +46,16 @@ _ACCELERATIONS = tuple(SensorBuild(name, "acceleration", "m/s2", 1e7) for name i
 
 
 def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None) -> Label:
-    """Write the campaign folder of a case (new or empty) and return its label; the same arguments,
-    the same bytes.
+    """Write the campaign folder of a case and return its label; the same arguments, the same bytes.
 
-    Raises `ValueError` for a folder that is not empty.
+    Parameters:
+        case: The case that is simulated.
+        folder: The folder of the campaign, new or empty.
+        seed: Seed of the recordings.
+        name: The name of the campaign in campaign.toml; by default that of the folder.
+
+    Raises:
+        ValueError: For a folder that is not empty.
     """
     if folder.exists() and any(folder.iterdir()):
         raise ValueError(f"{folder}: there is something already; expected a new or empty folder")
@@ -71,7 +77,12 @@ def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None)
 
 def label_of(case: Case, seed: int) -> Label:
     """The label of a case but for the folder's hash: it can be published before the campaign is
-    recorded."""
+    recorded.
+
+    Parameters:
+        case: The case, with its cause.
+        seed: Seed of the recordings, which the label states.
+    """
     moved = changes(case.kind, case.design, whole_cause(case))
     sizes = gaps(moved)
     stage = max(sizes, key=lambda name: sizes[name])
@@ -131,7 +142,12 @@ def _row(case: Case, number: int, run: SimulatedCase, folder: Path) -> dict[str,
 
 def factors_of(case: Case, setting: CaseSetting) -> dict[str, Any]:
     """Factors as runs.csv has them. The pressure is what the transducer reads, or, beside its
-    recordings, what the regulator is set to: the true one."""
+    recordings, what the regulator is set to: the true one.
+
+    Parameters:
+        case: The case whose runs are written.
+        setting: One configuration of its plan.
+    """
     factors = setting.factors()
     if case.traces:
         true_bar = 1e-5 * true_pressure_pa(setting, case.strengths, case.laws)
@@ -178,12 +194,26 @@ def new_key() -> bytes:
 
 def publish(labels: Sequence[Label], key: bytes) -> tuple[str, ...]:
     """Salted SHA-256 of each label: nothing can be learnt from it, and nothing changed after it is
-    known."""
+    known.
+
+    Parameters:
+        labels: The labels, in the order of the cases.
+        key: The salt, which is also the key of the sealed labels.
+    """
     return tuple(label.sha256(key) for label in labels)
 
 
 def seal_labels(labels: Sequence[Label], path: Path, key: bytes) -> None:
-    """Write labels that nobody reads without the key. Raises `SealError` where a file exists."""
+    """Write labels that nobody reads without the key.
+
+    Parameters:
+        labels: The labels, in the order of the cases.
+        path: The file that is written.
+        key: The key that opens them, as `new_key` gives it.
+
+    Raises:
+        SealError: Where the file exists.
+    """
     if path.exists():
         raise SealError(f"{path}: there are sealed labels already; expected a new name")
     text = json.dumps([label.as_json() for label in labels]).encode()
@@ -196,7 +226,15 @@ def seal_labels(labels: Sequence[Label], path: Path, key: bytes) -> None:
 def open_labels(path: Path, key: bytes, published: Sequence[str] | None = None) -> list[Label]:
     """Read sealed labels, and compare them with what was published of them.
 
-    Raises `SealError` for a wrong key, a changed file, and labels other than those published.
+    Parameters:
+        path: The file that `seal_labels` wrote.
+        key: The key with which the labels were sealed.
+        published: The hashes that `publish` gave of them; by default the labels are compared with
+            none.
+
+    Raises:
+        SealError: For a file that has no sealed labels, a wrong key, a changed file, and labels
+            other than those published.
     """
     try:
         table = json.loads(path.read_text(encoding="utf-8"))

@@ -90,10 +90,12 @@ class RegisteredContactStage(ContactObservables):
 
 
 def tabulated(pulses: contact_interface.ForcePulses) -> tuple[Floats, Floats]:
-    """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of
-    the contact.
+    """Compression times (n,) and forces (n, p) at `PLACES` times these.
 
     The compression is said to end at the peak, which Akima's curve may have between two phases.
+
+    Parameters:
+        pulses: Forces of n impacts at phases of the contact.
     """
     from scipy.interpolate import Akima1DInterpolator
 
@@ -112,7 +114,13 @@ def tabulated(pulses: contact_interface.ForcePulses) -> tuple[Floats, Floats]:
 def corrected(
     base: ForceHistories, without: ForceHistories, with_effects: ForceHistories
 ) -> ForceHistories:
-    """Pulses of `base` as the law changes from `without` to `with_effects`, all of n contacts."""
+    """The pulses of n contacts, changed as effects change those of a law.
+
+    Parameters:
+        base: The pulses of the model, without effects.
+        without: The pulses of the law for the same contacts, without effects.
+        with_effects: The pulses of the law for the same contacts, with effects.
+    """
     force = changed_force(base.force_n, without.force_n, with_effects.force_n)
     time = base.compression_time_s * with_effects.compression_time_s / without.compression_time_s
     return ForceHistories(force, time)

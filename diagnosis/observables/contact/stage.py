@@ -83,15 +83,36 @@ class ContactObservables(Stage):
         return self._measured.copy()
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+        """Observables (R, d) that the force records would show; NaN where a run has no velocity.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each run
+                (R,).
+            upstream: The true velocity of each run, m/s; by default the velocities as read.
+        """
         return self._features(self._runs, effects, upstream)
 
     def output(
         self, effects: Sequence[Effect] = (), upstream: Upstream | None = None
     ) -> list[Series | None]:
+        """The true force of each run on the plate, N; None where there is none.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each run
+                (R,).
+            upstream: The true velocity of each run, m/s; by default the velocities as read.
+        """
         histories = self.histories(self._runs, effects, upstream)
         return [histories.series(int(run), float(self.step_s[run])) for run in self._runs]
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
+        """(k, C, d): by how much each of k sets of effects moves the nominal observables, at the
+        run of median velocity of each configuration; NaN where it has none with a velocity.
+
+        Parameters:
+            sets: The k sets of effects; effects of other stages in a set do nothing here. A
+                parameter is one value or one for each configuration (C,).
+        """
         runs = self.representatives()
         configurations = np.flatnonzero(runs >= 0)
         changes = np.full((len(sets), len(runs), len(NAMES)), np.nan)
@@ -123,7 +144,15 @@ class ContactObservables(Stage):
     def histories(
         self, runs: Rows, effects: Sequence[Effect] = (), upstream: Upstream | None = None
     ) -> ForceHistories:
-        """True forces of the runs (k,), at the velocities as read, or those of the gun."""
+        """True forces of some runs.
+
+        Parameters:
+            runs: The places (k,) of the runs in the record.
+            effects: Effects that act, by default none. A parameter is one value or one for each of
+                these runs (k,).
+            upstream: The true velocity of every run (R,) of the record, m/s; by default the
+                velocities as read.
+        """
         if upstream is None:
             velocity = sensor_chain(effects).true_velocity_m_s(self.recorded_m_s[runs])
         else:
@@ -220,16 +249,26 @@ class PulseResiduals:
         return np.asarray(np.fft.rfftfreq(self.time_s.size, float(self.time_s[1] - self.time_s[0])))
 
     def spectrum_n_s(self, force_n: Floats) -> Floats:
-        """(..., q) of forces (..., p): magnitude of the Fourier integral; its first value is the
-        impulse."""
+        """(..., q) of forces: magnitude of the Fourier integral; its first value is the impulse.
+
+        Parameters:
+            force_n: Forces (..., p) at the times of `time_s`.
+        """
         return np.asarray(np.abs(np.fft.rfft(force_n)) * float(self.time_s[1] - self.time_s[0]))
 
 
 def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -> PulseResiduals:
-    """Every run's pulse, as recorded and as the stage simulates it with these effects.
+    """Every run's pulse, as recorded and as the stage simulates it.
 
-    In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError`
-    where no run has both force and velocity.
+    In steps of the finest record, or of 1/2048 of the whole where that is less.
+
+    Parameters:
+        stage: The contact of a campaign.
+        effects: Effects that act in the simulation, by default none. A parameter is one value or
+            one for each run (R,).
+
+    Raises:
+        ValueError: Where no run has both force and velocity.
     """
     chain = sensor_chain(effects)
     rows = np.arange(len(stage.sites))

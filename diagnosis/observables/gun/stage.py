@@ -164,12 +164,36 @@ class GunObservables(Stage):
         return np.hstack(columns)
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+        """Observables (R, d) that the records would show; NaN for a shot that stays in the barrel.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each
+                shot (R,).
+            upstream: The true pressure of the tank before each shot, Pa gauge; by default the
+                pressures as read.
+        """
         return self._shown(effects, self._shots, upstream)
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
+        """True velocities of the shots, m/s; NaN for a shot that stays in the barrel.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each
+                shot (R,).
+            upstream: The true pressure of the tank before each shot, Pa gauge; by default the
+                pressures as read.
+        """
         return cast(Sequence[float], self._fired(effects, self._shots, upstream)[0].tolist())
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
+        """(k, C, d): by how much each of k sets of effects moves the nominal observables, at the
+        median pressure, mass and travel of each configuration.
+
+        Parameters:
+            sets: The k sets of effects; effects of other stages in a set do nothing here. A
+                parameter is one value or one for each configuration (C,).
+        """
+
         def observed(effects: Sequence[Effect], count: int) -> Floats:
             shots = {name: np.tile(values, count) for name, values in self._medians.items()}
             return self._shown(effects, shots)
@@ -184,8 +208,17 @@ class GunObservables(Stage):
     def possible_observables(
         self, channel: str, sets: Sequence[Sequence[Effect]]
     ) -> PossibleObservables:
-        """Of a transducer whose readings scatter by `ASSUMED_NOISE_PA`; as much as the tolerance is
-        added, since no simulator is better."""
+        """What a transducer would have shown whose readings scatter by `ASSUMED_NOISE_PA`; as much
+        as the tolerance is added, since no simulator is better.
+
+        Parameters:
+            channel: The record of the tank's pressure, where `possible_channels` has it.
+            sets: The k sets of effects. A parameter is one value for all configurations or one for
+                each (C,).
+
+        Raises:
+            LookupError: For another channel.
+        """
         if channel not in self.possible_channels:
             return super().possible_observables(channel, sets)
         recorded = copy.copy(self)

@@ -45,10 +45,14 @@ def mode_observables(
     ringing_s: tuple[float, float],
     tolerance: tuple[float, float] = (_FREQUENCY[0], _DAMPING[0]),
 ) -> tuple[Observable, ...]:
-    """Logarithms of frequencies, then of damping ratios, of modes that the table has at
-    `frequency_hz` (K,).
+    """Logarithms of frequencies, then of damping ratios, of modes. They belong to the plate and no
+    sensor alone.
 
-    `tolerance` of either, as logarithms. They belong to the plate and no sensor alone.
+    Parameters:
+        frequency_hz: Where the table has the modes (K,).
+        ringing_s: Begin and end of the part of the records that they are read from.
+        tolerance: The tolerances of frequency and damping ratio, as logarithms; by default 0.002
+            and 0.1.
     """
     return tuple(
         Observable(
@@ -123,7 +127,15 @@ class Columns:
         acceleration: Floats,
         delay_s: Floats,
     ) -> Floats:
-        """(R, d) of (R, K), (R, K), (R, S, K), (R, S, n) and (R, S)."""
+        """The observables (R, d) of R runs.
+
+        Parameters:
+            frequency: Logarithms (R, K) of the frequencies of K modes, Hz.
+            damping: Logarithms (R, K) of their damping ratios.
+            level: Logarithms (R, S, K) of their amplitudes in S channels, m/s2.
+            acceleration: Accelerations (R, S, n), m/s2, as the channels show them.
+            delay_s: By how much later than its force the plate rings (R, S).
+        """
         lines_db, rests = self.spectra.levels_db(acceleration), self.spectra.rests(acceleration)
         parts = [frequency, damping]
         for row in range(len(self.signals.channels)):
@@ -198,7 +210,11 @@ class PlateObservables(Stage):
         return self.columns.observables()
 
     def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
-        """A value for each accelerometer, and of the plate itself for each band of its modes."""
+        """A value for each accelerometer, and of the plate itself for each band of its modes.
+
+        Parameters:
+            kind: The class of the effect.
+        """
         if not issubclass(kind, PlateEffect):
             channels = self.signals.channels
             shows_acceleration = changes_reading(kind, "measured_acceleration_m_s2")
@@ -219,6 +235,12 @@ class PlateObservables(Stage):
         return {**owners, "mode band": (tuple(levels.tolist()), names)}
 
     def part_of_observables(self, owner: str, names: Sequence[str]) -> Rows:
+        """(d,): which accelerometer or band of modes each observable tells of; -1 for none.
+
+        Parameters:
+            owner: "channel" or "mode band".
+            names: The names of its parts, as `parts` gives them.
+        """
         if owner == "channel":
             place = {name: level for level, name in enumerate(names)}
             return np.array([place.get(item.channel, -1) for item in self.observables])
@@ -238,9 +260,23 @@ class PlateObservables(Stage):
         return self._measured
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+        """Observables (R, d) that the records would show; NaN where a run has no force.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each
+                mode or sensor of the plate.
+            upstream: The true force on the plate of each run, N; by default the forces as read.
+        """
         return self._observed(np.arange(len(self.record.runs)), effects, upstream)
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
+        """(k, C, d): by how much each of k sets of effects moves the nominal observables, at the
+        run of median peak force of each configuration; NaN where it has none.
+
+        Parameters:
+            sets: The k sets of effects; effects of other stages in a set do nothing here. A
+                parameter is one value or one for each mode or sensor of the plate.
+        """
         runs, nominal = self.representative
         changes = np.full((len(sets), len(self.record.configurations), nominal.shape[1]), np.nan)
         configurations = self.record.configuration_of[runs]
@@ -258,7 +294,12 @@ class PlateObservables(Stage):
 
     def records(self, effects: Sequence[Effect] = ()) -> Floats:
         """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no
-        force."""
+        force.
+
+        Parameters:
+            effects: Effects that act, by default none. A parameter is one value or one for each
+                mode or sensor of the plate.
+        """
         driven = self._driven.under(effects, np.arange(len(self.record.runs)))
         return _by_channel(sensor_chain(effects), driven.accelerations, self.signals.step_s)
 
