@@ -65,7 +65,7 @@ def shipped(name: str) -> PredictorSet:
     """A set that is shipped.
 
     Parameters:
-        name: The name of the set, one of `SHIPPED`.
+        name: "hammer" or "gun".
 
     Raises:
         LookupError: For an unknown name, with those there are.

@@ -263,7 +263,7 @@ def by_name(
     """Materials by name and alias in lower case; a name goes before another's alias.
 
     Parameters:
-        materials: The materials.
+        materials: What the twin knows of each material, its name included.
         aliases: The name of a material by alias.
     """
     named = {material.name: material for material in materials}

@@ -186,7 +186,7 @@ def verdicts(
         session: A session of the store.
         campaigns: The keys of the campaigns.
         rows: The impacts of the campaigns, as `rows_of_campaigns` gives them.
-        rule: The rule, one of `RULES`.
+        rule: Which findings leave an impact out, one of `RULES`.
 
     Returns:
         The worst finding of each such impact as "CHECK (SEVERITY)", by the impact's key.
@@ -277,7 +277,7 @@ def select_pulses(
     Parameters:
         session: A session of the store.
         campaigns: The names of the campaigns, at least one.
-        predictors: The predictors; None for the shipped ones of the campaigns' kind.
+        predictors: What models are to learn from; None for the shipped set of the campaigns' kind.
         quality: The rule of `RULES` that leaves impacts out by their quality findings.
         extraction: The fingerprint of the extraction whose pulses are taken, or the start of it;
             None for the pulses in use.

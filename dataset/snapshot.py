@@ -82,7 +82,8 @@ def build_snapshot(
         store: The store of the campaigns, in which the snapshot is kept.
         name: The name of the snapshot, one line of at most 200 characters.
         campaigns: The names of the campaigns, at least one.
-        predictors: The predictors; by default the shipped ones of the campaigns' kind.
+        predictors: What models are to learn from; by default the shipped set of the campaigns'
+            kind.
         quality: The rule that leaves impacts out by their quality findings: "reject", which is the
             default, "warning" (warnings as well) or "none".
         extraction: The fingerprint of the extraction whose pulses are taken, or the start of it; by
@@ -320,7 +321,7 @@ def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
 
     Parameters:
         session: A session of the store.
-        snapshot: The dataset of the pulse.
+        snapshot: The frozen dataset of the pulse.
         key: The key of the pulse, or the start of it, four digits at least.
 
     Raises:
@@ -371,7 +372,7 @@ def raw_files(session: Session, snapshot: Snapshot) -> list[dict[str, Any]]:
 
     Parameters:
         session: A session of the store.
-        snapshot: The dataset.
+        snapshot: The frozen dataset.
     """
     query = (
         select(Campaign.name, Recording.path, Recording.sha256, func.count())

@@ -74,7 +74,7 @@ class Inputs:
         """The same of some rows.
 
         Parameters:
-            rows: The rows, as numbers, as a mask (n,) or as a slice.
+            rows: Which rows are taken: numbers, a mask (n,) or a slice.
         """
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "predictors"}
         return replace(
@@ -122,7 +122,7 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     """One table after the other.
 
     Parameters:
-        tables: The tables, at least one.
+        tables: Pulses with the same predictors; at least one table.
 
     Raises:
         ValueError: Where their predictors differ.

@@ -127,7 +127,7 @@ def require_fitted(part: _Part | None, kind: str) -> _Part:
 
     Parameters:
         part: What was learned; None where that is nothing yet.
-        kind: The kind of the regression or model, for the message.
+        kind: What the regression or model is called in the message.
 
     Raises:
         NotFittedError: Where nothing was learned yet.

@@ -210,7 +210,7 @@ def for_all_pairs(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     multiplied by the number of pairs.
 
     Parameters:
-        comparisons: The comparisons, one for each pair of models.
+        comparisons: What `compare` gave for each pair of models.
     """
     pairs = len(comparisons)
     if pairs < 2:

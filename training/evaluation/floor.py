@@ -81,7 +81,7 @@ def velocity_of(pulses: PulseTable) -> Floats:
     """Impact velocities (n,) of pulses, m/s.
 
     Parameters:
-        pulses: The pulses, with the predictor `impact_velocity`.
+        pulses: Measured pulses, with the predictor `impact_velocity`.
 
     Raises:
         ValueError: For a velocity that is not positive.
@@ -100,7 +100,7 @@ def force_targets(pulses: PulseTable) -> Floats:
     """Force over velocity (n, 20), N s/m.
 
     Parameters:
-        pulses: The pulses, with the predictor `impact_velocity`.
+        pulses: Measured pulses, with the predictor `impact_velocity`.
     """
     return pulses.force_n / velocity_of(pulses)[:, None]
 
@@ -109,7 +109,7 @@ def time_targets(pulses: PulseTable) -> Floats:
     """Logarithm of the contact time in s (n, 1).
 
     Parameters:
-        pulses: The pulses.
+        pulses: Measured pulses.
     """
     return np.asarray(np.log(pulses.contact_time_s)[:, None])
 
@@ -161,7 +161,7 @@ def misfit(groups: list[Group], degree: int, targets: Targets) -> float:
     """Mean leave-one-out error over the pulses that are learned from.
 
     Parameters:
-        groups: The groups, of which those count that have more than one known pulse.
+        groups: Held-out pulses by label; those count that have more than one known pulse.
         degree: The degree of the polynomials of log velocity.
         targets: Gives the targets of pulses, such as `force_targets`.
 

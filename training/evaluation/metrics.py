@@ -182,7 +182,7 @@ class PulseErrors:
         """The same of some pulses.
 
         Parameters:
-            rows: The rows of the pulses, as numbers, as a mask (n,) or as a slice.
+            rows: Which pulses are taken: numbers, a mask (n,) or a slice.
         """
         return replace(self, **{name: values[rows] for name, values in self.arrays().items()})
 

@@ -186,7 +186,7 @@ def summary(
     training set is not drawn. Intervals of errors are above zero, those of shares within 0 and 1.
 
     Parameters:
-        errors: The errors of n predicted pulses.
+        errors: What n predicted pulses differ by from the measured ones.
         configuration: The configuration (n,) of each pulse. Configurations are drawn and not
             pulses, because repetitions of a configuration err alike.
         rng: The generator that draws configurations.
@@ -277,7 +277,7 @@ def least_p_value(clusters: int) -> float:
 
 
 def holm(p_values: Floats) -> Floats:
-    """p-values for somebody who asked several questions.
+    """p-values that are corrected for the number of questions that were asked.
 
     Parameters:
         p_values: The p-value (q,) of each of q questions by itself.

@@ -113,15 +113,15 @@ class Covariance(Protocol):
         """Covariances (n, p) between inputs.
 
         Parameters:
-            a: Inputs (n, d).
-            b: Inputs (p, d).
+            a: Standardised predictors (n, d).
+            b: Standardised predictors (p, d).
         """
 
     def variances(self, a: Floats) -> Floats:
         """The variance (n,) at each input.
 
         Parameters:
-            a: Inputs (n, d).
+            a: Standardised predictors (n, d).
         """
 
 
@@ -136,8 +136,8 @@ class NamedCovariance:
         """Covariances (n, p) between inputs.
 
         Parameters:
-            a: Inputs (n, d), which are divided by the lengthscales here.
-            b: Inputs (p, d), likewise.
+            a: Standardised predictors (n, d), which are divided by the lengthscales here.
+            b: Standardised predictors (p, d), likewise.
         """
         scaled = a / self.lengthscales
         return kernel_matrix(self.kind, scaled, scaled if a is b else b / self.lengthscales)
@@ -146,7 +146,7 @@ class NamedCovariance:
         """1 everywhere (n,).
 
         Parameters:
-            a: Inputs (n, d).
+            a: Standardised predictors (n, d).
         """
         return np.ones(len(a))
 
@@ -161,8 +161,8 @@ class TorchCovariance:
         """Covariances (n, p) between inputs.
 
         Parameters:
-            a: Inputs (n, d).
-            b: Inputs (p, d).
+            a: Standardised predictors (n, d).
+            b: Standardised predictors (p, d).
         """
         import torch
 
@@ -176,7 +176,7 @@ class TorchCovariance:
         """The kernel's diagonal (n,).
 
         Parameters:
-            a: Inputs (n, d).
+            a: Standardised predictors (n, d).
         """
         import torch
 

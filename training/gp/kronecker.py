@@ -139,7 +139,7 @@ def solve(factor: KernelFactor, white: Whitened) -> tuple[Floats, Floats, Floats
     """The solution of the whitened system by Woodbury: no division by small eigenvalues.
 
     Parameters:
-        factor: The factor T of the kernel matrix, with its eigenvalues l.
+        factor: The kernel matrix T T' as `factorise` gives it, with its eigenvalues l.
         white: The independent outputs (n, m), with their eigenvalues s.
 
     Returns:
@@ -156,7 +156,7 @@ def likelihood(factor: KernelFactor, y: Floats, b: Floats, sigma: Floats) -> Lik
     array.
 
     Parameters:
-        factor: The factor of the kernel matrix K.
+        factor: The kernel matrix K as `factorise` gives it.
         y: The outputs (n, m), less their prior mean.
         b: The covariance B (m, m) between outputs.
         sigma: The covariance Sigma (m, m) of the noise of one measurement.

@@ -37,7 +37,7 @@ class Posterior:
         """Means and standard deviations (n, m) of new measurements.
 
         Parameters:
-            covariance: The covariance that the outputs were learned with.
+            covariance: The kernel over inputs that the outputs were learned with.
             z: Inputs (n, d), scaled as those that the outputs were learned at.
         """
         parts = [
@@ -73,7 +73,7 @@ def posterior(covariance: Covariance, z: Floats, y: Floats, b: Floats, noise: Fl
     """The outputs given their measurements; only solves, tunes nothing.
 
     Parameters:
-        covariance: The covariance of a noise-free output between inputs.
+        covariance: The kernel over inputs, such as a `NamedCovariance`.
         z: Inputs (n, d), as the covariance takes them.
         y: The measured outputs (n, m), less their prior mean.
         b: The covariance B (m, m) between outputs.

@@ -60,7 +60,7 @@ class ContactModel(ABC):
         """Learn from measured pulses. The same pulses, settings and seed give the same model.
 
         Parameters:
-            pulses: The pulses with their inputs.
+            pulses: Measured pulses with their inputs.
             rng: The generator of what is random in the training.
 
         Returns:
@@ -84,7 +84,7 @@ class ContactModel(ABC):
         be.
 
         Parameters:
-            pulses: The pulses with their inputs.
+            pulses: Measured pulses with their inputs.
             rng: The generator of what is random in the training.
         """
         return type(self)(**self.settings()).fit(pulses, rng)
@@ -94,7 +94,7 @@ class ContactModel(ABC):
         for what only a long search finds (`Estimator.relearn`).
 
         Parameters:
-            pulses: The pulses with their inputs.
+            pulses: Measured pulses with their inputs.
             rng: The generator of what is random in the training.
         """
         return self.refit(pulses, rng)
@@ -128,7 +128,7 @@ def spelled(predictors: tuple[Predictor, ...]) -> Texts:
     """Names, units and levels as text (d,), to be stored beside what was learned from them.
 
     Parameters:
-        predictors: The predictors, in the order in which a model learns from them.
+        predictors: What a model learns from, in its order.
     """
     return np.array(
         [f"{p.name} [{p.unit}] {'|'.join(p.levels)}".strip() for p in predictors], dtype=np.str_
@@ -231,9 +231,9 @@ def positive_times(time: Floats, shortest: float) -> Floats:
 
 
 def positive_pulses(force_n: Floats, faintest: float) -> Floats:
-    """Pulses that push, if hardly. A pulse whose mean force is below a thousandth of the faintest
-    one learned is cut off at zero, and raised to that thousandth at its inner points. All others
-    stay as the regression gave them.
+    """Pulses that push at least a little. A pulse whose mean force is below a thousandth of the
+    faintest one learned is cut off at zero, and raised to that thousandth at its inner points. All
+    others stay as the regression gave them.
 
     Parameters:
         force_n: Forces (n, 20) of a regression at equidistant points of the contact.
@@ -250,7 +250,7 @@ def faintest_mean_force(pulses: PulseTable) -> float:
     """The smallest mean force of measured pulses, N.
 
     Parameters:
-        pulses: The pulses.
+        pulses: Measured pulses.
 
     Raises:
         ValueError: For a measured pulse whose mean force is not positive.
@@ -308,7 +308,7 @@ def get_array(arrays: Arrays, name: str, kind: str) -> Any:
     Parameters:
         arrays: What the model has learned, by name.
         name: The name of the array.
-        kind: The kind of the model, for the message.
+        kind: What the model is called in the message.
 
     Raises:
         ValueError: Where the array is missing.
@@ -342,7 +342,8 @@ def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> F
     Parameters:
         jacobian: The derivatives (n, p, m) of the functions by the outputs.
         spread: The standard deviations (n, m) of the outputs.
-        correlation: The correlation (m, m) between the outputs.
+        correlation: The coefficients (m, m) between the outputs, as `residual_correlation` gives
+            them.
     """
     parts = jacobian * spread[:, None, :]
     variance = np.einsum("npm,npm->np", parts @ correlation, parts)
@@ -356,7 +357,8 @@ def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, outp
     Parameters:
         jacobian: The derivatives (n, m) of the function by the outputs.
         spread: The standard deviations (n, m) of the outputs.
-        correlation: The correlation (m, m) between the outputs.
+        correlation: The coefficients (m, m) between the outputs, as `residual_correlation` gives
+            them.
         output: The position of the one output, from 0.
     """
     parts = jacobian * spread

@@ -107,7 +107,7 @@ def plugin_of(kind: str) -> Plugin | None:
     """The entry point of another package that adds a kind; None for one that is shipped.
 
     Parameters:
-        kind: The kind of a model or estimator.
+        kind: What a model or estimator is registered as, such as "coregional".
     """
     return None if kind in KINDS else added_kinds().plugins.get(kind)
 
@@ -179,7 +179,7 @@ def pack(model: ContactModel) -> Packed:
     """A fitted model as JSON and arrays.
 
     Parameters:
-        model: The model.
+        model: A model after `fit`.
 
     Raises:
         NotFittedError: Before `fit`.

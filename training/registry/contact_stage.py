@@ -235,7 +235,7 @@ def case_of(setting: Setting) -> ImpactSource:
     own.
 
     Parameters:
-        setting: The setting of the twin.
+        setting: Impactor, target and factors of a strike, as the twin has them.
     """
     numbers = {name: value for name, value in setting.factors.items() if not isinstance(value, str)}
     return ImpactSource(

@@ -35,8 +35,8 @@ def evaluate_held_out(
     common.
 
     Parameters:
-        registry: The registry of the versions.
-        versions: The versions that are compared.
+        registry: Where the versions are registered.
+        versions: What is compared, as `Registry.versions` lists it.
         read: Gives the pulses of a dataset by its hash.
 
     Raises:
@@ -64,8 +64,8 @@ def evaluate_on_table(
     """Errors of models on other pulses, of which those count that none of them was trained on.
 
     Parameters:
-        registry: The registry of the versions.
-        versions: The versions that are compared.
+        registry: Where the versions are registered.
+        versions: What is compared, as `Registry.versions` lists it.
         pulses: The measured pulses, such as those of another campaign.
 
     Raises:

@@ -17,7 +17,7 @@ def newest(versions: Iterable[Version]) -> list[Version]:
     """The newest of each model, dataset, split and seed; champions stay.
 
     Parameters:
-        versions: The versions, whose order is kept.
+        versions: Registered versions, whose order is kept.
     """
     every = list(versions)
     newest_by_name: dict[tuple[str, str, str, int], Version] = {}
@@ -35,7 +35,7 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
     """The versions of one dataset.
 
     Parameters:
-        versions: The versions to choose from.
+        versions: Registered versions to choose from.
         dataset: The name or hash of the dataset, or the start of its hash, eight digits at least.
 
     Raises:
@@ -61,7 +61,7 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     """The version that a text names.
 
     Parameters:
-        versions: The versions to choose from.
+        versions: Registered versions to choose from.
         text: "hybrid@3", "hybrid@champion" or "hybrid", which is the newest.
         split: Of the records of a version, that of this split is given where there is one, else
             that of the model that is put in use. Of a bare name the newest version of this split is
@@ -109,7 +109,7 @@ def in_order(versions: Iterable[Version]) -> list[Version]:
     nothing.
 
     Parameters:
-        versions: The versions in any order.
+        versions: Registered versions in any order.
     """
     return sorted(versions, key=lambda v: (v.order, v.registered_at, v.version), reverse=True)
 
@@ -118,7 +118,7 @@ def row_of(version: Version) -> dict[str, Any]:
     """A version as commands print it in JSON; a number that is not known is None.
 
     Parameters:
-        version: The version, as judged on one split.
+        version: An entry of `Registry.versions`, which is the record of one split.
     """
     metrics = version.metrics
     row: dict[str, Any] = {
@@ -149,7 +149,7 @@ def flat_row(version: Version) -> dict[str, Any]:
     """A version as one level of columns: the metrics' means and the coverages beside the names.
 
     Parameters:
-        version: The version, as judged on one split.
+        version: An entry of `Registry.versions`, which is the record of one split.
     """
     row = row_of(version)
     names = ("model", "version", "split", "dataset", "seed")

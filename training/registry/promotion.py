@@ -57,7 +57,7 @@ def promote(
     its `verdict` and figures.
 
     Parameters:
-        registry: The registry of the version.
+        registry: Where the version is registered, and the decision is kept.
         name: The name of the model, such as "hybrid".
         version: The number of the version.
         read: Gives the pulses of a dataset by its hash.

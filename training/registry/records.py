@@ -147,6 +147,9 @@ class RegisteredModel:
         Parameters:
             inputs: The impacts, with the predictors that the model learned from.
 
+        Returns:
+            The prediction, and for each impact what of it lies outside the validity domain.
+
         Raises:
             ValueError: For inputs of other predictors.
         """

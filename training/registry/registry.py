@@ -115,7 +115,7 @@ class Registry:
         """The model of a version, from its files.
 
         Parameters:
-            version: The version.
+            version: An entry of `versions()`.
 
         Raises:
             ValueError: Where its files are gone or are not those written.
@@ -134,7 +134,7 @@ class Registry:
         """The held-out predictions that a version was judged by.
 
         Parameters:
-            version: The version, as judged on one split.
+            version: An entry of `versions()`, which is the record of one split.
         """
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
@@ -148,7 +148,7 @@ class Registry:
         software.
 
         Parameters:
-            version: The version, as judged on one split.
+            version: An entry of `versions()`, which is the record of one split.
         """
         with self.connection.client() as client:
             return fit_settings(client.get_run(version.run_id).data.params)
@@ -158,7 +158,7 @@ class Registry:
         """Losses and errors of a version's training by name: (step, value), the first step first.
 
         Parameters:
-            version: The version, as judged on one split.
+            version: An entry of `versions()`, which is the record of one split.
         """
         with self.connection.client() as client:
             data = client.get_run(version.run_id).data
@@ -182,7 +182,7 @@ class Registry:
         gone.
 
         Parameters:
-            version: The version, as judged on one split.
+            version: An entry of `versions()`, which is the record of one split.
         """
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
@@ -205,7 +205,7 @@ class Registry:
         A server is only asked whether they are there: what it sends is checked when it is loaded.
 
         Parameters:
-            version: The version.
+            version: An entry of `versions()`.
         """
         try:
             if self.place.is_server:
@@ -242,9 +242,9 @@ class Registry:
         there.
 
         Parameters:
-            trained: The training.
-            session: The run that the training is logged under, from `open_session`; by default
-                none.
+            trained: The model, its held-out predictions and their figures.
+            session: The id of the run that the training is logged under, from `open_session`; by
+                default there is none.
 
         Returns:
             The version. Where the same training was registered as judged on other splits, it is
@@ -326,7 +326,7 @@ class Registry:
         """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one.
 
         Parameters:
-            dataset: The dataset.
+            dataset: Name and hash of the pulses that are learned from.
             seed: The seed of the trainings.
 
         Returns:
@@ -396,7 +396,7 @@ class Registry:
         """Make a version the only champion of its predictor set.
 
         Parameters:
-            version: The version.
+            version: An entry of `versions()`.
         """
         with self.connection.client() as client:
             crown(client, version, next_stamp(client))
@@ -406,7 +406,7 @@ class Registry:
         `promoting`.
 
         Parameters:
-            version: The version.
+            version: An entry of `versions()`.
         """
         with self.connection.client() as client:
             number = str(version.version)

@@ -272,7 +272,8 @@ class StoredChannel:
                 an octave over what the record's length and rate allow.
             rest: The zero of the record: "none" for zero as recorded, or "0ms:5ms" for the mean
                 between two times; by default the rest before the shock, where there is one.
-            hit: Of a record with several hits the number from 1, or "whole".
+            hit: Of a record with several hits the number from 1, or "whole" for all of it; by
+                default the whole record, which may hold one hit only.
 
         Raises:
             InvalidValueError: For a channel that is no acceleration, and for what `pyroshock.srs`
@@ -418,7 +419,7 @@ def impacts_frame(
     Parameters:
         session: A session of the store.
         campaign: The name of the campaign; by default the impacts of all campaigns.
-        conditions: Conditions that all must hold; by default none.
+        conditions: What every row must fulfil; by default nothing.
         limit: The largest number of rows; by default all.
 
     Raises:

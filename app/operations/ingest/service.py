@@ -232,9 +232,10 @@ def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) ->
     grows by it.
 
     Parameters:
-        speed: The speed that was integrated from the impactor's deceleration.
+        speed: Velocity and uncertainty, integrated from the impactor's deceleration.
         force_n: The force (p,) at equal phases of the contact.
-        plate: What the motion of the plate follows from.
+        plate: Elastic constants, density and thickness of the plate, and whether an anvil lies on
+            it.
     """
     figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
     impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
@@ -283,12 +284,12 @@ def start_campaign(
             whole folder, or, with a plan, for no recordings.
 
     Returns:
-        The content of both files.
+        The content of both files, and notes on recordings that were left out.
 
     Raises:
         UnknownPlanError: For a plan that the store has not.
-        IngestError: Where nothing is found to begin with, and where the numbers of recordings and
-            rows do not agree.
+        IngestError: Where nothing is found to begin with, where the numbers of recordings and rows
+            do not agree, and where one of the files is there already.
         OSError: Where the files cannot be written.
         ValueError: For a plan of another kind or without an open run.
     """

@@ -68,7 +68,7 @@ class PredictedNumber:
         Parameters:
             name: What the number is, in words, such as "peak force".
             quantity: Mean and 90 % band, as the twin predicts them.
-            unit: The unit of the quantity, such as "N".
+            unit: The unit of mean and band, such as "N".
         """
         return cls(name, quantity.mean, *quantity.ci90, unit)
 
@@ -455,8 +455,8 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
     """A shot for each row of a frame.
 
     Parameters:
-        shots: The shots. Its columns are arguments of `predict`, or those of a table of runs, in
-            its units or in SI. An empty cell is not given.
+        shots: A DataFrame with a shot in each row. Its columns are arguments of `predict`, or those
+            of a table of runs, in its units or in SI. An empty cell is not given.
 
     Raises:
         ValueError: For what `predict` refuses, with the row; for a column that is no argument, and
