@@ -21,8 +21,15 @@ _SHORTEST_HASH = 8
 
 
 def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
-    """The row of a snapshot by name, hash or start of a hash. Raises `LookupError` naming those
-    there are."""
+    """The row of a snapshot.
+
+    Parameters:
+        session: A session of the store.
+        name: The name of the snapshot or its hash, or the start of the hash, eight digits at least.
+
+    Raises:
+        LookupError: For an unknown snapshot, with those there are.
+    """
     row = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.name == name)).one_or_none()
     if row is not None:
         return row
@@ -44,7 +51,11 @@ def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
 
 def list_snapshots(session: Session) -> list[dict[str, Any]]:
     """Every snapshot, the oldest first: name, hash, pulses, campaigns, predictors, quality rule,
-    when it was frozen."""
+    when it was frozen.
+
+    Parameters:
+        session: A session of the store.
+    """
     counts = select(SnapshotPulse.snapshot_id, func.count()).group_by(SnapshotPulse.snapshot_id)
     pulses: dict[int, int] = dict(iter(session.execute(counts)))
     rows = session.scalars(
@@ -87,7 +98,12 @@ class Withdrawal:
 
 def source_deleted(session: Session, row: DatasetSnapshot) -> str | None:
     """What to say of a snapshot that has fewer pulses than before a deletion; None where deletions
-    do not explain all that it lacks."""
+    do not explain all that it lacks.
+
+    Parameters:
+        session: A session of the store.
+        row: The row of the snapshot, as `get_snapshot_row` gives it.
+    """
     withdrawal = _withdrawal(
         session, row, session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
     )
@@ -95,7 +111,11 @@ def source_deleted(session: Session, row: DatasetSnapshot) -> str | None:
 
 
 def list_withdrawals(session: Session) -> dict[str, Withdrawal]:
-    """Datasets that lost pulses by deletions and have not got them back, by hash."""
+    """Datasets that lost pulses by deletions and have not got them back, by hash.
+
+    Parameters:
+        session: A session of the store.
+    """
     stones = session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
     hashes = {member["hash"] for stone in stones for member in stone.stood_on["datasets"]}
     rows = (

@@ -54,7 +54,11 @@ class Subspace:
 
     @classmethod
     def of(cls, encoded: Floats) -> Self:
-        """Of training rows (n x p)."""
+        """The subspace of training rows.
+
+        Parameters:
+            encoded: The rows (n, p), a number as it is and a category as one column per level.
+        """
         mean, scale = encoded.mean(axis=0), encoded.std(axis=0)
         scale = np.where(scale > 1e-12 * np.abs(encoded).max(axis=0, initial=0.0), scale, 1.0)
         _, spread, axes = np.linalg.svd((encoded - mean) / scale, full_matrices=False)
@@ -67,7 +71,11 @@ class Subspace:
         return cls(mean, scale, axes[kept], spread[kept], leverage, off)
 
     def distances(self, encoded: Floats) -> Distances:
-        """Of rows (n x p); above 1 is outside."""
+        """How far rows lie from the training rows; above 1 is outside.
+
+        Parameters:
+            encoded: The rows (n, p), a number as it is and a category as one column per level.
+        """
         z = (encoded - self.mean) / self.scale
         scores = z @ self.axes.T
         off = z - scores @ self.axes
@@ -88,7 +96,16 @@ class Subspace:
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Self:
-        """Raises `KeyError`, `TypeError` or `ValueError` for other data."""
+        """A subspace that was written down.
+
+        Parameters:
+            data: What `as_json` gave.
+
+        Raises:
+            KeyError: Where a part is missing.
+            TypeError: For other data.
+            ValueError: For parts that do not fit each other.
+        """
         mean, scale, spread = (
             np.array(data[name], dtype=np.float64) for name in ("mean", "scale", "spread")
         )
@@ -121,8 +138,14 @@ class Domain:
 
     @classmethod
     def of(cls, table: Inputs) -> Self:
-        """The domain of training rows: none of them lies outside. Raises `ValueError` for no rows,
-        or a NaN."""
+        """The domain of training rows: none of them lies outside.
+
+        Parameters:
+            table: The impacts that are learned from.
+
+        Raises:
+            ValueError: For no rows, or a NaN.
+        """
         unknown = int(np.isnan(table.x).sum())
         if not len(table) or unknown:
             raise ValueError(
@@ -144,8 +167,13 @@ class Domain:
         """For each impact what lies outside, an empty tuple where nothing does.
 
         First each value by itself; where all are inside, their combination: levels that never met,
-        then leverage. A combination is told by the predictor that contributes most. Raises
-        `ValueError` for other predictors.
+        then leverage. A combination is told by the predictor that contributes most.
+
+        Parameters:
+            inputs: The impacts that are asked about.
+
+        Raises:
+            ValueError: For other predictors than those of the domain.
         """
         if inputs.predictors != self.predictors:
             own_names, theirs = (
@@ -166,7 +194,11 @@ class Domain:
 
     def numbers(self, inputs: Inputs) -> Iterator[tuple[Limit, Floats]]:
         """The limits that are numbers, of predictors and of the bench, with the values (n,) that
-        are asked about."""
+        are asked about.
+
+        Parameters:
+            inputs: The n impacts that are asked about.
+        """
         for limit, column in zip(self.limits, inputs.x.T, strict=True):
             if not limit.predictor.levels:
                 yield limit, column
@@ -213,7 +245,14 @@ class Domain:
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Self:
-        """Raises `ValueError` for what is no domain of this format."""
+        """A domain that was written down.
+
+        Parameters:
+            data: What `to_json` gave.
+
+        Raises:
+            ValueError: For what is no domain of this format.
+        """
         if not isinstance(data, dict) or data.get("format") != _FORMAT:
             raise ValueError(f"no validity domain of format {_FORMAT}; train the model anew")
         try:

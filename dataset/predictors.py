@@ -62,7 +62,14 @@ class PredictorSet:
 
 @cache
 def shipped(name: str) -> PredictorSet:
-    """The set of this name. Raises `LookupError` naming those there are."""
+    """A set that is shipped.
+
+    Parameters:
+        name: "hammer" or "gun".
+
+    Raises:
+        LookupError: For an unknown name, with those there are.
+    """
     if name not in SHIPPED:
         raise LookupError(
             f"no predictors {name!r}; there are: {', '.join(SHIPPED)}, or a TOML file of your own"
@@ -71,8 +78,16 @@ def shipped(name: str) -> PredictorSet:
 
 
 def predictors_named(text: str) -> PredictorSet:
-    """A shipped set by its name, else the file of that name. Raises `LookupError`, `ValueError`,
-    `OSError`."""
+    """A shipped set, or the set of a file.
+
+    Parameters:
+        text: The name of a shipped set, or the path of a TOML file.
+
+    Raises:
+        LookupError: For a name that no shipped set has.
+        ValueError: For a file that is no set of predictors, with its name and the key.
+        OSError: For a file that cannot be read.
+    """
     if text in SHIPPED or not Path(text).suffix:
         return shipped(text)
     try:
@@ -82,12 +97,28 @@ def predictors_named(text: str) -> PredictorSet:
 
 
 def parse(text: str) -> PredictorSet:
-    """A set from TOML. Raises `ValueError` naming the key, its value and what was expected."""
+    """A set from TOML.
+
+    Parameters:
+        text: The content of a TOML file with the keys of this module.
+
+    Raises:
+        ValueError: For a key that is wrong; the message names the key, its value and what was
+            expected.
+    """
     return from_json(toml_table(text))
 
 
 def from_json(table: Mapping[str, Any]) -> PredictorSet:
-    """A set from plain data. Raises `ValueError` as `parse`."""
+    """A set from plain data.
+
+    Parameters:
+        table: The set with the keys of the TOML, as `PredictorSet.as_json` gives it.
+
+    Raises:
+        ValueError: For a key that is wrong; the message names the key, its value and what was
+            expected.
+    """
     check_keys(table, _TOP, "the file", required=_TOP)
     kind = table["kind"]
     if kind not in KINDS:
@@ -180,8 +211,11 @@ class Correlation:
 
 
 def correlation(inputs: Inputs) -> Correlation:
-    """Correlation over all rows. A category counts by the position of its level, as in the
-    thesis."""
+    """Correlation over all rows. A category counts by the position of its level, as in the thesis.
+
+    Parameters:
+        inputs: The impacts.
+    """
     x = inputs.x
     spread = np.ptp(x, axis=0) if len(x) else np.zeros(x.shape[1])
     varied = spread > 1e-12 * np.abs(x).max(axis=0, initial=0.0)
@@ -196,7 +230,11 @@ def correlation(inputs: Inputs) -> Correlation:
 
 def ranges(inputs: Inputs) -> list[dict[str, Any]]:
     """One row per predictor: its unit, smallest and largest value, distinct values; of a category
-    its level counts."""
+    its level counts.
+
+    Parameters:
+        inputs: The impacts, at least one.
+    """
     rows = []
     for predictor, column in zip(inputs.predictors, inputs.x.T, strict=True):
         row: dict[str, Any] = {

@@ -67,8 +67,14 @@ _COLUMNS = (
 def rows_of_campaigns(
     session: Session, campaigns: Sequence[int], extraction: int | None
 ) -> list[Row]:
-    """Every impact of the campaigns with its pulse in use, or that of one extraction; without pulse
-    those are None."""
+    """Every impact of campaigns with its pulse; where it has none, the columns of the pulse are
+    None.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The keys of the campaigns.
+        extraction: The key of the extraction whose pulses are taken; None for the pulses in use.
+    """
     version = (
         and_(Pulse.settings_id == extraction) if extraction is not None else and_(Pulse.current)
     )
@@ -79,7 +85,12 @@ def rows_of_campaigns(
 
 
 def rows_of_snapshot(session: Session, snapshot: int) -> list[Row]:
-    """The impacts of a snapshot with the pulses that it was frozen with, in use or not."""
+    """The impacts of a snapshot with the pulses that it was frozen with, in use or not.
+
+    Parameters:
+        session: A session of the store.
+        snapshot: The key of the snapshot.
+    """
     frozen = _joined(Pulse.impact_id == Impact.id).join(
         SnapshotPulse, SnapshotPulse.pulse_id == Pulse.id
     )
@@ -115,7 +126,12 @@ def _in_order(session: Session, query: Select[Any]) -> list[Row]:
 
 
 def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Levels]:
-    """Factors of configurations, by key."""
+    """Factors of configurations, by key: words and numbers (SI).
+
+    Parameters:
+        session: A session of the store.
+        configurations: The keys of the configurations, in any order.
+    """
     levels_by_configuration: defaultdict[int, Levels] = defaultdict(lambda: ({}, {}))
     keys = sorted(set(configurations))
     query = (
@@ -136,8 +152,13 @@ def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Leve
 
 
 def force_hashes(session: Session, campaigns: Sequence[int]) -> dict[int, str]:
-    """Hash of the force samples of every recording: the same whatever the file's format, name and
-    header."""
+    """Hash of the force samples of every recording, by the recording's key: the same whatever the
+    file's format, name and header.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The keys of the campaigns.
+    """
     query = (
         select(Recording.id, func.min(RecordedChannel.sha256))
         .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
@@ -148,7 +169,11 @@ def force_hashes(session: Session, campaigns: Sequence[int]) -> dict[int, str]:
 
 
 def materials_of(session: Session) -> Materials:
-    """Properties of every material of the store, SI."""
+    """Properties of every material of the store, SI.
+
+    Parameters:
+        session: A session of the store.
+    """
     columns = [column for column, _ in PROPERTIES.values()]
     query = select(Material.name, *(getattr(Material, column) for column in columns))
     return {
@@ -159,7 +184,12 @@ def materials_of(session: Session) -> Materials:
 
 def case_of(row: Row, levels: Levels) -> ImpactSource:
     """What an impact was made with. A bullet's speed is the laser's where the impact has none of
-    its own."""
+    its own.
+
+    Parameters:
+        row: The impact, as `rows_of_campaigns` gives it.
+        levels: The factors of its configuration, from `levels_of`.
+    """
     words, numbers = levels
     own, laser = row["impact_velocity_m_s"], row["measured_velocity_m_s"]
     return ImpactSource(
@@ -174,7 +204,11 @@ def case_of(row: Row, levels: Levels) -> ImpactSource:
 
 
 def polygon_area(corners: Sequence[Sequence[float]] | None) -> float | None:
-    """Area (m2) within corners (m), by the shoelace rule; None without corners."""
+    """The area of a polygon in m2, by the shoelace rule; None without corners.
+
+    Parameters:
+        corners: The corners in order, each with two coordinates in m.
+    """
     if not corners:
         return None
     pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -182,12 +216,21 @@ def polygon_area(corners: Sequence[Sequence[float]] | None) -> float | None:
 
 
 def gun_bench(row: Gun) -> GunBench:
-    """A stored gun."""
+    """A gun as the twin takes it.
+
+    Parameters:
+        row: The gun as the store holds it.
+    """
     return GunBench(**{item.name: getattr(row, item.name) for item in fields(GunBench)})
 
 
 def modal_plate(table: ModalTable) -> ModalPlate:
-    """A stored modal table; its impact point is "#1", its sensors are the channels."""
+    """A plate by its modes as the twin takes it; its impact point is "#1", its sensors are the
+    channels.
+
+    Parameters:
+        table: The modal table as the store holds it.
+    """
     from ..twin.plate.table import modal_plate_from_table
 
     columns: dict[str, list[float]] = {"frequency_hz": [], "damping_ratio": [], "shape_impact": []}
@@ -201,7 +244,11 @@ def modal_plate(table: ModalTable) -> ModalPlate:
 
 
 def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
-    """The store's materials by name and alias in lower case."""
+    """The store's materials by name and alias in lower case.
+
+    Parameters:
+        session: A session of the store.
+    """
     rows = session.scalars(select(Material).options(selectinload(Material.aliases))).all()
     aliases = {alias.alias: row.name for row in rows for alias in row.aliases}
     properties = [item.name for item in fields(ElasticMaterial)]
@@ -213,7 +260,12 @@ def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
 def by_name(
     materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]
 ) -> dict[str, ElasticMaterial]:
-    """Materials by name and alias in lower case; a name goes before another's alias."""
+    """Materials by name and alias in lower case; a name goes before another's alias.
+
+    Parameters:
+        materials: What the twin knows of each material, its name included.
+        aliases: The name of a material by alias.
+    """
     named = {material.name: material for material in materials}
     return {alias.lower(): named[name] for alias, name in aliases.items()} | {
         k.lower(): m for k, m in named.items()

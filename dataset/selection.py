@@ -64,8 +64,16 @@ class MissingFacts:
 def missing_in_campaigns(
     session: Session, campaigns: Sequence[str], predictors: PredictorSet
 ) -> list[MissingFacts]:
-    """What the impacts of `campaigns` lack that have a pulse in use. Raises `LookupError` for an
-    unknown campaign."""
+    """What the impacts of campaigns lack that have a pulse in use.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The names of the campaigns.
+        predictors: What the impacts are asked for.
+
+    Raises:
+        LookupError: For an unknown campaign.
+    """
     rows = rows_of_campaigns(
         session, [get_campaign_id(session, name) for name in sorted(set(campaigns))], None
     )
@@ -80,7 +88,14 @@ def missing_facts(
     materials: Materials,
 ) -> list[MissingFacts]:
     """What the impacts with a pulse lack, in the predictors' order; predictors that lack the same
-    thing together."""
+    thing together.
+
+    Parameters:
+        rows: The impacts, as `rows_of_campaigns` gives them.
+        levels: The factors of each configuration, by its key (`levels_of`).
+        predictors: What the impacts are asked for.
+        materials: Properties of the store's materials by name.
+    """
     counts: Counter[tuple[str, tuple[str, ...]]] = Counter()
     for row in rows:
         if row["pulse_id"] is None:
@@ -105,7 +120,11 @@ def missing_facts(
 
 def missing_words(missing: Sequence[MissingFacts]) -> str:
     """One sentence, "11 impacts have no plate_density; 11 no boundary_conditions: ..."; empty where
-    nothing is."""
+    nothing is missing.
+
+    Parameters:
+        missing: What impacts lack, from `missing_facts`.
+    """
     if not missing:
         return ""
     lacking = [f"{fact.impacts} no {', '.join(fact.predictors)}" for fact in missing]
@@ -161,8 +180,20 @@ RULES: dict[str, tuple[str, ...]] = {
 def verdicts(
     session: Session, campaigns: Sequence[int], rows: Iterable[Row], rule: str
 ) -> dict[int, str]:
-    """Impacts that `rule` leaves out: the impact's key -> "CHECK (SEVERITY)", the worst.
-    `ValueError` for no rule."""
+    """Impacts that a quality rule leaves out.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The keys of the campaigns.
+        rows: The impacts of the campaigns, as `rows_of_campaigns` gives them.
+        rule: Which findings leave an impact out, one of `RULES`.
+
+    Returns:
+        The worst finding of each such impact as "CHECK (SEVERITY)", by the impact's key.
+
+    Raises:
+        ValueError: For an unknown rule.
+    """
     if rule not in RULES:
         raise ValueError(f"quality rule is {rule!r}; expected one of {', '.join(RULES)}")
     findings = _findings(session, campaigns, RULES[rule]) if RULES[rule] else []
@@ -241,8 +272,24 @@ def select_pulses(
     velocity: str | None = None,
     impacts: Collection[int] | None = None,
 ) -> DatasetDraft:
-    """The usable pulses of `campaigns`, of all or only of these `impacts`. Raises as
-    `snapshot.build_snapshot`."""
+    """The usable pulses of campaigns.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The names of the campaigns, at least one.
+        predictors: What models are to learn from; None for the shipped set of the campaigns' kind.
+        quality: The rule of `RULES` that leaves impacts out by their quality findings.
+        extraction: The fingerprint of the extraction whose pulses are taken, or the start of it;
+            None for the pulses in use.
+        velocity: The kind that velocities are converted to, one of `velocities.CHOICES`; by default
+            they are not converted, and must be of one kind.
+        impacts: The keys of the impacts that the pulses are limited to; by default all.
+
+    Raises:
+        LookupError: For an unknown campaign, extraction or factor.
+        ValueError: For campaigns that do not fit the predictors or have no usable pulse, for
+            velocities of several kinds, and for an unknown rule.
+    """
     names = sorted(set(campaigns))
     if not names:
         raise ValueError("no campaign is named; expected at least one")

@@ -74,15 +74,29 @@ def build_snapshot(
     velocity: str | None = None,
     impacts: Collection[int] | None = None,
 ) -> Built:
-    """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its
-    fingerprint, or the start of it). `predictors` are the shipped ones of the campaigns' kind where
-    none are given. `velocity`, one of `velocities.CHOICES`, converts impact velocities to one kind;
-    without it they must be of one kind. `impacts` limits the pulses to those of these impacts.
+    """Freeze the usable pulses of campaigns.
 
-    The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError`
-    where the name is taken by other content, `LookupError` for a campaign or extraction that is
-    unknown, `ValueError` for campaigns that do not fit the predictors, have no usable pulse, or an
-    unknown rule.
+    The same content again is the snapshot that exists, whatever its name.
+
+    Parameters:
+        store: The store of the campaigns, in which the snapshot is kept.
+        name: The name of the snapshot, one line of at most 200 characters.
+        campaigns: The names of the campaigns, at least one.
+        predictors: What models are to learn from; by default the shipped set of the campaigns'
+            kind.
+        quality: The rule that leaves impacts out by their quality findings: "reject", which is the
+            default, "warning" (warnings as well) or "none".
+        extraction: The fingerprint of the extraction whose pulses are taken, or the start of it; by
+            default the pulses in use.
+        velocity: The kind that velocities are converted to, one of `velocities.CHOICES`; by default
+            they are not converted, and must be of one kind.
+        impacts: The keys of the impacts that the pulses are limited to; by default all.
+
+    Raises:
+        SnapshotError: Where the name is taken by other content, or is no name.
+        LookupError: For an unknown campaign or extraction.
+        ValueError: For campaigns that do not fit the predictors or have no usable pulse, for
+            velocities of several kinds, and for an unknown rule.
     """
     _check_name(name)
     with store.reading() as session:
@@ -169,10 +183,16 @@ def _add_pulses(store: Store, session: Session, snapshot: int, pulses: Sequence[
 
 
 def read_snapshot(source: Store | Session, name: str) -> Snapshot:
-    """The snapshot of this name, or of this hash (or the start of one, eight digits at least).
+    """A snapshot of the store.
 
-    Raises `LookupError` naming those there are, `SnapshotError` where the store's rows no longer
-    give its hash.
+    Parameters:
+        source: The store, or a session of it.
+        name: The name of the snapshot or its hash, or the start of the hash, eight digits at least.
+
+    Raises:
+        LookupError: For an unknown snapshot, with those there are.
+        SnapshotError: Where the store's rows no longer give its hash; `SourceDeletedError` where
+            pulses went with what was deleted.
     """
     with _session(source) as session:
         row = get_snapshot_row(session, name)
@@ -297,8 +317,16 @@ class Trace:
 
 
 def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
-    """The origin of a pulse by its key, or the start of it. Raises `LookupError` where none or
-    several have it."""
+    """The origin of a pulse.
+
+    Parameters:
+        session: A session of the store.
+        snapshot: The frozen dataset of the pulse.
+        key: The key of the pulse, or the start of it, four digits at least.
+
+    Raises:
+        LookupError: Where no pulse or several have the key.
+    """
     matches = [
         row
         for row, text in enumerate(snapshot.table.key)
@@ -340,7 +368,12 @@ def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
 
 def raw_files(session: Session, snapshot: Snapshot) -> list[dict[str, Any]]:
     """Every recording that pulses of a dataset were cut from: campaign, path, SHA-256, how many
-    pulses."""
+    pulses.
+
+    Parameters:
+        session: A session of the store.
+        snapshot: The frozen dataset.
+    """
     query = (
         select(Campaign.name, Recording.path, Recording.sha256, func.count())
         .select_from(SnapshotPulse)

@@ -107,14 +107,25 @@ def known_sources() -> str:
 
 
 def read_number(source: str, case: ImpactSource, materials: Materials) -> float | None:
-    """A number of a case, SI; None where the store does not know it."""
+    """A number of an impact, SI; None where the store does not know it.
+
+    Parameters:
+        source: A source of `NUMBERS`, such as "tip.density", or "factor.NAME".
+        case: What the impact was made with.
+        materials: Properties of the materials by name.
+    """
     if source.startswith(FACTOR):
         return case.numbers.get(source.removeprefix(FACTOR))
     return NUMBERS[source][1](case, materials)
 
 
 def read_word(source: str, case: ImpactSource) -> str | None:
-    """A word of a case; None where the store does not know it."""
+    """A word of an impact; None where the store does not know it.
+
+    Parameters:
+        source: A source of `WORDS`, such as "tip.material", or "factor.NAME".
+        case: What the impact was made with.
+    """
     return (
         case.words.get(source.removeprefix(FACTOR))
         if source.startswith(FACTOR)

@@ -57,14 +57,25 @@ class Inputs:
         return len(self.x)
 
     def column(self, name: str) -> Floats:
-        """The values (n,) of a predictor. Raises `LookupError` that names those there are."""
+        """The values (n,) of a predictor, SI.
+
+        Parameters:
+            name: The name of the predictor.
+
+        Raises:
+            LookupError: For an unknown predictor, with those there are.
+        """
         names = [predictor.name for predictor in self.predictors]
         if name not in names:
             raise LookupError(f"no predictor {name!r}; there are: {', '.join(names)}")
         return self.x[:, names.index(name)]
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
-        """The same of some rows."""
+        """The same of some rows.
+
+        Parameters:
+            rows: Which rows are taken: numbers, a mask (n,) or a slice.
+        """
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "predictors"}
         return replace(
             self, **{name: values[rows] for name, values in arrays.items() if values is not None}
@@ -108,7 +119,14 @@ class PulseTable(Inputs):
 
 
 def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
-    """One table after the other. Raises `ValueError` where their predictors differ."""
+    """One table after the other.
+
+    Parameters:
+        tables: Pulses with the same predictors; at least one table.
+
+    Raises:
+        ValueError: Where their predictors differ.
+    """
     first = tables[0]
     if any(table.predictors != first.predictors for table in tables):
         raise ValueError("tables of different predictors cannot be joined")
@@ -136,11 +154,18 @@ class Split:
 
 
 def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
-    """The split that `text` names: one of `forms()`. Copies of a pulse (`near_duplicates`) are on
-    one side.
+    """The two sides of a split. Copies of a pulse (`near_duplicates`) are on one side.
 
-    Raises `ValueError` for another text, or where a side would be empty, `LookupError` for a
-    material or campaign that the table has not.
+    Parameters:
+        table: The pulses of a dataset.
+        text: Which pulses are held out, one of `forms()`, such as "configurations" or
+            "material=steel".
+        seed: The seed of the draw; by default 0. Where a material or campaign is named, nothing is
+            drawn.
+
+    Raises:
+        ValueError: For another text, and where a side would be empty.
+        LookupError: For a material or campaign that the table has not.
     """
     check_form(text)
     name, _, value = text.partition("=")
@@ -155,14 +180,25 @@ def split_of(table: PulseTable, text: str, seed: int = 0) -> Split:
 
 def first_copies(table: PulseTable) -> NDArray[np.intp]:
     """The row (n,) of the pulse that each pulse is a copy of, which may be its own
-    (`near_duplicates`)."""
+    (`near_duplicates`).
+
+    Parameters:
+        table: The n pulses.
+    """
     return duplicate_groups(
         table.key, table.force_n, table.peak_force_n, table.contact_time_s, table.impulse_n_s
     )
 
 
 def check_form(text: str) -> None:
-    """Raises `ValueError` where `text` names no split, of whatever table."""
+    """Refuse a text that names no split, of whatever table.
+
+    Parameters:
+        text: The text of a split, such as "configurations".
+
+    Raises:
+        ValueError: For a text that is none of `forms()`.
+    """
     name, equals, value = text.partition("=")
     if not (name in _NAMED and value if equals else text in _DRAWN):
         raise ValueError(f"split is {text!r}; expected one of {', '.join(forms())}")
@@ -174,11 +210,15 @@ def forms() -> tuple[str, ...]:
 
 
 def expand(table: PulseTable, text: str) -> tuple[str, ...]:
-    """ "materials" and "campaigns" as the splits that leave out one after the other; any other text
-    as it is.
+    """The splits of a text: those that leave out one material or campaign after the other, or the
+    text as it is.
 
     What every pulse has (the only campaign, a plate's material throughout) cannot be left out and
     is not listed.
+
+    Parameters:
+        table: The pulses of a dataset.
+        text: "materials", "campaigns", or the text of one split.
     """
     if text == "materials":
         materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})

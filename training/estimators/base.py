@@ -47,7 +47,11 @@ class FitReport:
     searches: Mapping[str, SettingsSearch] = field(default_factory=dict)
 
     def under(self, prefix: str) -> FitReport:
-        """The same with every name below `prefix` ("force.kernel")."""
+        """The same report with every name below a prefix ("force.kernel").
+
+        Parameters:
+            prefix: The name of a part of the model, such as "force".
+        """
         return FitReport(
             {f"{prefix}.{name}": value for name, value in self.settings.items()},
             {f"{prefix}.{name}": values for name, values in self.by_predictor.items()},
@@ -56,7 +60,11 @@ class FitReport:
         )
 
     def joined(self, other: FitReport) -> FitReport:
-        """Both; where both have a name, that of `other` counts."""
+        """Both reports in one.
+
+        Parameters:
+            other: The report that is added. Where both have a name, its value counts.
+        """
         return FitReport(
             {**self.settings, **other.settings},
             {**self.by_predictor, **other.by_predictor},
@@ -68,7 +76,11 @@ class FitReport:
         """All settings by name, those of each predictor below theirs
         ("force.lengthscale.tip_radius").
 
-        Raises `ValueError` where a setting has another number of values than there are predictors.
+        Parameters:
+            predictors: Names of the predictors, in the order in which the model learned from them.
+
+        Raises:
+            ValueError: Where a setting has another number of values than there are predictors.
         """
         parameters = dict(self.settings)
         for name, values in self.by_predictor.items():
@@ -95,6 +107,11 @@ class Gaussian:
     spread: Floats | None
 
     def take(self, rows: slice) -> Gaussian:
+        """The same of some rows.
+
+        Parameters:
+            rows: The rows that are taken, as a slice.
+        """
         return Gaussian(self.mean[rows], None if self.spread is None else self.spread[rows])
 
 
@@ -106,8 +123,15 @@ class NotFittedError(ValueError):
 
 
 def require_fitted(part: _Part | None, kind: str) -> _Part:
-    """What a regression or model of this kind has learned. Raises `NotFittedError` where that is
-    nothing yet."""
+    """What a regression or model has learned.
+
+    Parameters:
+        part: What was learned; None where that is nothing yet.
+        kind: What the regression or model is called in the message.
+
+    Raises:
+        NotFittedError: Where nothing was learned yet.
+    """
     if part is None:
         raise NotFittedError(f"{kind!r} has learned nothing yet: call fit, or restore")
     return part
@@ -128,21 +152,55 @@ class Estimator(ABC):
 
     @abstractmethod
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """Learn y (n x m) from x (n x d). `groups` (n,) are configurations: inner cross-validation
-        never parts one."""
+        """Learn outputs from predictors.
+
+        Parameters:
+            x: Values of the predictors (n, d).
+            y: Values of the outputs (n, m).
+            groups: The configuration (n,) of each row: inner cross-validation never parts one.
+            rng: The generator of what is random in the training.
+
+        Returns:
+            The estimator itself.
+        """
 
     @abstractmethod
     def predict(self, x: Floats) -> Gaussian:
-        """Outputs at x (n x d). Raises `NotFittedError` before `fit`."""
+        """Outputs for values of the predictors.
+
+        Parameters:
+            x: Values of the predictors (n, d).
+
+        Returns:
+            The mean and, where the regression has one, the standard deviation (n, m) of a new
+            measurement.
+
+        Raises:
+            NotFittedError: Before `fit`.
+        """
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """A new one, learned from other rows with what this one tuned (kernel parameters, say)
-        kept."""
+        """A new estimator, learned from other rows with what this one tuned (kernel parameters,
+        say) kept.
+
+        Parameters:
+            x: Values of the predictors (n, d).
+            y: Values of the outputs (n, m).
+            groups: The configuration (n,) of each row.
+            rng: The generator of what is random in the training.
+        """
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """A new one, learned and tuned from other rows: it knows nothing of the rows left out. What
-        only a long search finds (the size of a network, the form of a kernel) is kept."""
+        """A new estimator, learned and tuned from other rows: it knows nothing of the rows left
+        out. What only a long search finds (the size of a network, the form of a kernel) is kept.
+
+        Parameters:
+            x: Values of the predictors (n, d).
+            y: Values of the outputs (n, m).
+            groups: The configuration (n,) of each row.
+            rng: The generator of what is random in the training.
+        """
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
     def fit_report(self) -> FitReport:
@@ -160,8 +218,17 @@ class Estimator(ABC):
 
     @abstractmethod
     def restore(self, arrays: Arrays) -> Self:
-        """Learned state from `arrays()`; returns self. Raises `ValueError` for arrays that are not
-        of this kind."""
+        """Take over a learned state.
+
+        Parameters:
+            arrays: The state, as `arrays()` of a fitted estimator gives it.
+
+        Returns:
+            The estimator itself.
+
+        Raises:
+            ValueError: For arrays that are not of this kind.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,16 +244,30 @@ class Standard:
 
     @classmethod
     def of(cls, columns: Floats) -> Standard:
-        """From n x d. Rounding makes the deviation of a constant tiny, not 0: it counts as
-        constant."""
+        """Mean and width of each column. Rounding makes the deviation of a constant tiny, not 0: it
+        counts as constant.
+
+        Parameters:
+            columns: Values (n, d).
+        """
         mean = columns.mean(axis=0)
         width = columns.std(axis=0)
         return cls(mean, np.where(width > 1e-12 * np.abs(mean), width, 0.0))
 
     def apply(self, columns: Floats) -> Floats:
+        """Columns in standard deviations from their mean; a column that never varied becomes 0.
+
+        Parameters:
+            columns: Values (n, d), in the units of those that `of` was given.
+        """
         return (columns - self.mean) / np.where(self.width > 0, self.width, np.inf)
 
     def undo(self, columns: Floats) -> Floats:
+        """Columns in their own units again; a column that never varied becomes its mean.
+
+        Parameters:
+            columns: Values (n, d), as `apply` gives them.
+        """
         return columns * self.width + self.mean
 
 
@@ -203,7 +284,12 @@ STANDARDS: dict[str, Shape] = {
 
 
 def standard_arrays(inputs: Standard, outputs: Standard) -> Arrays:
-    """Means and widths under names that `standard_of` reads."""
+    """Means and widths under names that `standard_of` reads.
+
+    Parameters:
+        inputs: The standardisation of the predictors.
+        outputs: The standardisation of the outputs.
+    """
     return {
         "x_mean": inputs.mean,
         "x_width": inputs.width,
@@ -213,7 +299,12 @@ def standard_arrays(inputs: Standard, outputs: Standard) -> Arrays:
 
 
 def standard_of(arrays: Arrays, axis: str) -> Standard:
-    """The standardisation of the predictors ("x") or the outputs ("y")."""
+    """The standardisation of the predictors or the outputs.
+
+    Parameters:
+        arrays: Learned arrays, among them those of `standard_arrays`.
+        axis: "x" for the predictors, "y" for the outputs.
+    """
     return Standard(arrays[f"{axis}_mean"], arrays[f"{axis}_width"])
 
 
@@ -234,6 +325,17 @@ class LearnedArrays(Estimator):
         return dict(self._learned())
 
     def restore(self, arrays: Arrays) -> Self:
+        """Take over a learned state that has the `shapes` of this kind.
+
+        Parameters:
+            arrays: The state, as `arrays()` of a fitted estimator gives it.
+
+        Returns:
+            The estimator itself.
+
+        Raises:
+            ValueError: For arrays of other names or shapes, and for numbers that are not finite.
+        """
         self._check(arrays)
         self.learned_ = dict(arrays)
         return self

@@ -88,7 +88,14 @@ class Comparison:
     by_group: tuple[Difference, ...]
 
     def of(self, metric: str) -> Difference:
-        """Over all pulses. Raises `LookupError` that names the metrics there are."""
+        """The difference over all pulses.
+
+        Parameters:
+            metric: A metric of `METRICS`, such as "force_nrmse".
+
+        Raises:
+            LookupError: For an unknown metric, with those there are.
+        """
         for row in self.overall:
             if row.metric == metric:
                 return row
@@ -97,7 +104,11 @@ class Comparison:
         )
 
     def where(self, metric: str) -> tuple[Difference, ...]:
-        """The groups in which the models differ beyond chance, in the metric."""
+        """The groups in which the models differ beyond chance.
+
+        Parameters:
+            metric: A metric of `METRICS`, such as "force_nrmse".
+        """
         return tuple(row for row in self.by_group if row.metric == metric and row.beyond_chance)
 
     def rows(self) -> list[dict[str, Any]]:
@@ -118,9 +129,19 @@ def compare(
 ) -> Comparison:
     """Compare the errors of two models on the same n pulses, row by row.
 
-    `configuration` (n,) tells what is drawn together; `groups` gives labels (n,) by grouping
-    (`comparison_groups`). The same generator state gives mirrored numbers when a and b change
-    places. Raises `ValueError` where lengths differ.
+    Parameters:
+        a: The errors of the first model.
+        b: The errors of the second model.
+        configuration: The configuration (n,) of each pulse: what is drawn together.
+        groups: Labels (n,) by grouping, as `comparison_groups` gives them.
+        rng: The generator of draws. The same state gives mirrored numbers when a and b change
+            places.
+        names: The labels of both models; by default "A" and "B".
+        resamples: How often configurations are drawn for an interval; by default 2000 times.
+        draws: The number of combinations of signs that are drawn for a p-value; by default 4999.
+
+    Raises:
+        ValueError: Where lengths differ.
     """
     sizes = {len(a), len(b), len(configuration), *(len(labels) for labels in groups.values())}
     if len(sizes) != 1:
@@ -184,9 +205,13 @@ def _corrected(rows: list[Difference]) -> tuple[Difference, ...]:
 
 
 def for_all_pairs(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """The same with p-values for as many questions as there are pairs: Holm's over all pulses,
-    metric by metric; those of groups, which are Holm's within their pair, times the number of
-    pairs."""
+    """The same comparisons with p-values for as many questions as there are pairs. Those over all
+    pulses are Holm's, metric by metric; those of groups, which are Holm's within their pair, are
+    multiplied by the number of pairs.
+
+    Parameters:
+        comparisons: What `compare` gave for each pair of models.
+    """
     pairs = len(comparisons)
     if pairs < 2:
         return tuple(comparisons)
@@ -219,6 +244,9 @@ def comparison_groups(pulses: PulseTable) -> dict[str, Texts]:
     velocity.
 
     Groupings with one label only are left out: they tell nothing that all pulses together do not.
+
+    Parameters:
+        pulses: The n pulses on which models are compared.
     """
     named: dict[str, Texts] = {
         "tip_material": pulses.tip_material,
@@ -230,7 +258,15 @@ def comparison_groups(pulses: PulseTable) -> dict[str, Texts]:
 
 
 def level_names(inputs: Inputs, name: str) -> Texts:
-    """The levels (n,) of a category by their names. Raises `LookupError` for one that is none."""
+    """The levels (n,) of a category by their names.
+
+    Parameters:
+        inputs: The impacts.
+        name: The name of the predictor.
+
+    Raises:
+        LookupError: For a predictor that is no category.
+    """
     levels = next((p.levels for p in inputs.predictors if p.name == name), ())
     if not levels:
         raise LookupError(f"predictor {name!r} has no levels")
@@ -238,6 +274,10 @@ def level_names(inputs: Inputs, name: str) -> Texts:
 
 
 def speed_terciles(inputs: Inputs) -> Texts:
-    """Slow, middle or fast (n,), by thirds of these impacts."""
+    """Slow, middle or fast (n,), by thirds of these impacts.
+
+    Parameters:
+        inputs: The impacts, with the predictor `impact_velocity`.
+    """
     velocity = inputs.column("impact_velocity")
     return np.array(SPEEDS)[np.searchsorted(np.quantile(velocity, [1 / 3, 2 / 3]), velocity)]

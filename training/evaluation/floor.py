@@ -57,8 +57,14 @@ class Group:
 
 
 def groups_of(training: PulseTable, held_out: PulseTable, scope: str) -> list[Group]:
-    """The held-out pulses by their label in `scope`, without those that have nothing to be
-    predicted from."""
+    """The held-out pulses by their label in a scope, without those that have nothing to be
+    predicted from.
+
+    Parameters:
+        training: The pulses that are known.
+        held_out: The pulses that are predicted.
+        scope: "configuration" or "treatment", the column of labels.
+    """
     groups = []
     known_labels, asked_labels = getattr(training, scope), getattr(held_out, scope)
     for label in np.unique(asked_labels):
@@ -72,7 +78,14 @@ def groups_of(training: PulseTable, held_out: PulseTable, scope: str) -> list[Gr
 
 
 def velocity_of(pulses: PulseTable) -> Floats:
-    """Impact velocities (n,). Raises `ValueError` for one that is not positive."""
+    """Impact velocities (n,) of pulses, m/s.
+
+    Parameters:
+        pulses: Measured pulses, with the predictor `impact_velocity`.
+
+    Raises:
+        ValueError: For a velocity that is not positive.
+    """
     velocity = pulses.column("impact_velocity")
     if not (velocity > 0).all():
         row = int(np.flatnonzero(~(velocity > 0))[0])
@@ -84,12 +97,20 @@ def velocity_of(pulses: PulseTable) -> Floats:
 
 
 def force_targets(pulses: PulseTable) -> Floats:
-    """Force / velocity, n x 20."""
+    """Force over velocity (n, 20), N s/m.
+
+    Parameters:
+        pulses: Measured pulses, with the predictor `impact_velocity`.
+    """
     return pulses.force_n / velocity_of(pulses)[:, None]
 
 
 def time_targets(pulses: PulseTable) -> Floats:
-    """Logarithm of the contact time, n x 1."""
+    """Logarithm of the contact time in s (n, 1).
+
+    Parameters:
+        pulses: Measured pulses.
+    """
     return np.asarray(np.log(pulses.contact_time_s)[:, None])
 
 
@@ -98,7 +119,15 @@ def _powers(pulses: PulseTable, about: float, degree: int) -> Floats:
 
 
 def predicted(group: Group, degree: int, targets: Targets, corrected: bool) -> Floats:
-    """Targets of the held-out pulses as the group predicts them."""
+    """Targets (h, m) of the held-out pulses as their group predicts them.
+
+    Parameters:
+        group: The pulses that are known, and the h held-out ones.
+        degree: The degree of the polynomial of log velocity. It is reduced where there are fewer
+            than two pulses for each coefficient.
+        targets: Gives the targets of pulses, such as `force_targets`.
+        corrected: Whether the noise that the regression has from few repetitions is taken out.
+    """
     actual = targets(group.asked)
     if group.alone:
         miss, share = _leave_one_out(group.known, degree, targets)
@@ -129,8 +158,17 @@ def _terms(pulses: PulseTable, degree: int) -> tuple[float, int]:
 
 
 def misfit(groups: list[Group], degree: int, targets: Targets) -> float:
-    """Mean leave-one-out error over the pulses that are learned from; force relative to its
-    range."""
+    """Mean leave-one-out error over the pulses that are learned from.
+
+    Parameters:
+        groups: Held-out pulses by label; those count that have more than one known pulse.
+        degree: The degree of the polynomials of log velocity.
+        targets: Gives the targets of pulses, such as `force_targets`.
+
+    Returns:
+        The error. That of several targets (the force) is relative to their range in each pulse.
+        Where no group counts it is the degree, so that the lowest one is preferred.
+    """
     errors = []
     for known_pulses in (group.known for group in groups if len(group.known) > 1):
         miss, actual = _leave_one_out(known_pulses, degree, targets)[0], targets(known_pulses)
@@ -189,8 +227,17 @@ def repeatability_floor(
 ) -> Floor:
     """The floor of the held-out pulses, by the errors that models are judged with.
 
-    Raises `ValueError` where no held-out pulse has another repetition, and for a velocity that is
-    not positive.
+    Parameters:
+        training: The pulses that are known.
+        held_out: The pulses that are predicted from their repetitions.
+        scope: What repetitions share: "configuration", all factors, which is the default, or
+            "treatment", what the predictors tell apart.
+        corrected: Whether the noise that the regression has from few repetitions is taken out of
+            the errors; by default False.
+
+    Raises:
+        ValueError: Where no held-out pulse has another repetition, and for a velocity that is not
+            positive.
     """
     groups = groups_of(training, held_out, scope)
     if not groups:
@@ -226,10 +273,15 @@ SCOPES: tuple[Scope, ...] = ("configuration", "treatment")
 
 
 def floor_text(table: PulseTable, dataset_hash: str, split_text: str, seed: int) -> str:
-    """JSON: by scope ("configuration", "treatment") the floor's metrics and a note on how it was
-    found.
+    """The repeatability floors of a split as JSON: by scope ("configuration", "treatment") the
+    metrics and a note on how the floor was found. A scope without repetitions has its reason as
+    note, and no metrics.
 
-    A scope without repetitions has its reason as note, and no metrics.
+    Parameters:
+        table: The pulses of the dataset.
+        dataset_hash: The hash of the dataset, on which the draws of the intervals depend.
+        split_text: The split, such as "configurations".
+        seed: The seed of the split and of the draws.
     """
     split = split_of(table, split_text, seed)
     training, held_out = table.take(split.train), table.take(split.test)
@@ -250,7 +302,12 @@ def floor_text(table: PulseTable, dataset_hash: str, split_text: str, seed: int)
 
 
 def floor_metrics(text: str, scope: str) -> Mapping[str, Estimate]:
-    """The metrics of one scope from `floor_text`."""
+    """The metrics of one scope by name.
+
+    Parameters:
+        text: JSON as `floor_text` gives it.
+        scope: "configuration" or "treatment".
+    """
     return {
         name: Estimate(**estimate) for name, estimate in json.loads(text)[scope]["metrics"].items()
     }

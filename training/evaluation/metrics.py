@@ -33,11 +33,22 @@ TIME_SPREAD, FORCE_SPREAD = 0.05, 0.1
 def pulse_cost(
     measured_n: Floats, measured_time_s: Floats, predicted_n: Floats, predicted_time_s: Floats
 ) -> Floats:
-    """Cost (n,) from 0 for equal pulses to m for pulses without an element in common; forces n x m,
-    times (n,).
+    """The cost of predicted pulses: how many of their elements miss a tolerance in time and force.
 
-    Element i of either time vector is i / (m - 1) of its contact time (linspace, section 4.2.2). As
-    the thesis does not print its m, only ratios of costs compare with its Table 5.2.
+    Element i of either time vector is i / (m - 1) of its contact time (linspace). As the thesis
+    does not print its m, only ratios of costs compare with its Table 5.2.
+
+    Parameters:
+        measured_n: Measured forces (n, m), equidistant over the contact.
+        measured_time_s: Measured contact times (n,).
+        predicted_n: Predicted forces (n, m), equidistant over the contact.
+        predicted_time_s: Predicted contact times (n,).
+
+    Returns:
+        Costs (n,) from 0 for equal pulses to m for pulses without an element in common.
+
+    Source:
+        Thesis, eq. 5.4 and section 4.2.2.
     """
     phase = np.linspace(0.0, 1.0, measured_n.shape[1])
     late = (measured_time_s - predicted_time_s) / (TIME_SPREAD * measured_time_s)
@@ -63,13 +74,28 @@ class PulseFigures:
 
 
 def reconstruct(force_n: Floats, elements: int = ELEMENTS) -> Floats:
-    """Forces (n x elements), equidistant over the contact, from forces (n x p) at equidistant
-    points, p >= 3."""
+    """Whole pulses from their points, by natural cubic splines.
+
+    Parameters:
+        force_n: Forces (n, p) at equidistant points of the contact, p >= 3.
+        elements: The number of points of a whole pulse; by default `ELEMENTS`.
+
+    Returns:
+        Forces (n, elements), equidistant over the contact.
+
+    Raises:
+        ValueError: For fewer than 3 points, and for fewer than 2 elements.
+    """
     return force_n @ _basis(force_n.shape[1], elements).T
 
 
 def figures(fine_n: Floats, contact_time_s: Floats) -> PulseFigures:
-    """Figures of pulses (n x elements) that last `contact_time_s` (n,)."""
+    """The figures of whole pulses.
+
+    Parameters:
+        fine_n: Forces (n, elements), equidistant over the contact.
+        contact_time_s: The duration (n,) of each contact.
+    """
     n, elements = fine_n.shape
     period = contact_time_s / (elements - 1)
     top = np.argmax(fine_n, axis=1)
@@ -153,18 +179,28 @@ class PulseErrors:
         return {name: values for name, values in named.items() if values is not None}
 
     def take(self, rows: NDArray[Any] | slice) -> Self:
-        """The same of some pulses."""
+        """The same of some pulses.
+
+        Parameters:
+            rows: Which pulses are taken: numbers, a mask (n,) or a slice.
+        """
         return replace(self, **{name: values[rows] for name, values in self.arrays().items()})
 
 
 def pulse_errors(pulses: PulseTable, prediction: ContactPrediction) -> PulseErrors:
-    """Errors of a prediction of these pulses, row by row.
+    """Errors of a prediction of pulses, row by row.
 
     Measured figures are the table's stored ones, of the finely smoothed pulse; predicted ones are
     those of the reconstructed pulse, which by itself costs 0.03 % of peak and impulse, 0.5 % of
-    compression time and 0.9 % of compression impulse. Raises `ValueError` for a prediction of
-    another shape or with numbers that are not finite, and for a measured pulse without a size to be
-    relative to.
+    compression time and 0.9 % of compression impulse.
+
+    Parameters:
+        pulses: The measured pulses.
+        prediction: What a model predicts of the same pulses, in their order.
+
+    Raises:
+        ValueError: For a prediction of another shape or with numbers that are not finite, for a
+            measured pulse without a size to be relative to, and for no pulse.
     """
     _check(pulses, prediction)
     off = prediction.force_n - pulses.force_n
@@ -247,7 +283,12 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
 
 def mean_pulse_errors(training: PulseTable, held_out: PulseTable) -> PulseErrors:
     """Errors of predicting every held-out pulse as the mean of the training pulses: what a model
-    must beat to have learned anything."""
+    must beat to have learned anything.
+
+    Parameters:
+        training: The pulses whose mean is the prediction.
+        held_out: The pulses that are predicted.
+    """
     count = len(held_out)
     force_n = np.tile(training.force_n.mean(axis=0), (count, 1))
     time_s = np.full(count, training.contact_time_s.mean())

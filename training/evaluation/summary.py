@@ -43,8 +43,15 @@ class Clusters:
 
 
 def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
-    """Values (n x m) by labels (n,). Raises `ValueError` where their lengths differ or nothing is
-    given."""
+    """Values summed by label.
+
+    Parameters:
+        values: Values (n, m) of m quantities, a row for each pulse.
+        labels: The cluster (n,) of each pulse.
+
+    Raises:
+        ValueError: Where their lengths differ or nothing is given.
+    """
     if len(values) != len(labels) or len(labels) == 0:
         raise ValueError(
             f"{len(values)} values and {len(labels)} labels: give one label a "
@@ -59,12 +66,21 @@ def clustered(values: Floats, labels: NDArray[Any]) -> Clusters:
 def bootstrap_interval(
     clusters: Clusters, rng: np.random.Generator, resamples: int
 ) -> tuple[Floats, Floats]:
-    """Low and high (m,) of the 90 % interval of the mean, from whole clusters drawn with
-    replacement.
+    """The 90 % interval of the mean, from whole clusters drawn with replacement.
 
-    Percentiles (Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5),
-    widened about the mean by sqrt(k / (k - 1)): the variance of k drawn clusters is (k - 1) / k of
-    what it should be. NaN for one cluster.
+    Percentiles, widened about the mean by sqrt(k / (k - 1)): the variance of k drawn clusters is (k
+    - 1) / k of what it should be.
+
+    Parameters:
+        clusters: Pulses summed by cluster, k clusters of m quantities.
+        rng: The generator that draws clusters.
+        resamples: How often k clusters are drawn.
+
+    Returns:
+        Low and high end (m,), NaN for one cluster.
+
+    Source:
+        Davison and Hinkley, Bootstrap Methods and their Application, 1997, chapter 5.
     """
     k, mean = len(clusters), clusters.mean
     if k < 2:
@@ -88,11 +104,19 @@ def _percentiles(
 def positive_interval(
     clusters: Clusters, rng: np.random.Generator, resamples: int
 ) -> tuple[Floats, Floats]:
-    """The same for quantities that are never negative, such as errors: widened on the log scale, so
-    that it is above 0.
+    """The 90 % interval of the mean of quantities that are never negative, such as errors. It has
+    the draws of `bootstrap_interval`, and is widened on the log scale, so that it is above 0.
 
     Errors are skewed, and few configurations scatter too little: widened by Student's t over the
     normal quantile, too.
+
+    Parameters:
+        clusters: Pulses summed by cluster, k clusters of m quantities.
+        rng: The generator that draws clusters.
+        resamples: How often k clusters are drawn.
+
+    Returns:
+        Low and high end (m,), NaN for one cluster.
     """
     from scipy.stats import norm, t
 
@@ -107,11 +131,21 @@ def positive_interval(
 
 
 def share_interval(clusters: Clusters) -> tuple[Floats, Floats]:
-    """The same for shares, such as coverages: within 0 and 1, and not empty where all pulses agree.
+    """The 90 % interval of the mean of shares, such as coverages: within 0 and 1, and not empty
+    where all pulses agree.
 
-    Wilson's interval (J. Am. Stat. Assoc. 22 (1927) 209) with as many independent trials as would
-    scatter like the clusters (Korn and Graubard, Survey Methodology 24 (1998) 193), as many as
+    Wilson's interval with as many independent trials as would scatter like the clusters, as many as
     clusters where these do not differ, and Student's t for the normal quantile.
+
+    Parameters:
+        clusters: Pulses summed by cluster, k clusters of m shares.
+
+    Returns:
+        Low and high end (m,), NaN for one cluster.
+
+    Source:
+        Wilson, J. Am. Stat. Assoc. 22 (1927) 209; Korn and Graubard, Survey Methodology 24 (1998)
+        193.
     """
     from scipy.stats import t
 
@@ -146,11 +180,17 @@ def summary(
     rng: np.random.Generator,
     resamples: int = 2000,
 ) -> dict[str, Estimate]:
-    """Mean over pulses of every metric there is, coverage included.
+    """Mean over pulses of every metric there is, coverage included, with its 90 % interval.
 
-    The interval draws configurations (n,), not pulses: repetitions of a configuration err alike. It
-    is that of the mean over configurations like these with the model as it is; another training set
-    is not drawn. Intervals of errors are above zero, those of shares within 0 and 1.
+    The interval is that of the mean over configurations like these with the model as it is; another
+    training set is not drawn. Intervals of errors are above zero, those of shares within 0 and 1.
+
+    Parameters:
+        errors: What n predicted pulses differ by from the measured ones.
+        configuration: The configuration (n,) of each pulse. Configurations are drawn and not
+            pulses, because repetitions of a configuration err alike.
+        rng: The generator that draws configurations.
+        resamples: How often configurations are drawn; by default 2000 times.
     """
     arrays = errors.arrays()
     clusters = clustered(np.stack(list(arrays.values()), axis=1), configuration)
@@ -168,8 +208,18 @@ _EXACT = 12
 
 
 def sign_flip_p(clusters: Clusters, rng: np.random.Generator, draws: int = 4999) -> Floats:
-    """Two-sided p-values (m,) of the hypothesis that each cluster's sum might as well have the
-    other sign."""
+    """Two-sided p-values of the hypothesis that each cluster's sum might as well have the other
+    sign.
+
+    Parameters:
+        clusters: Pulses summed by cluster, k clusters of m quantities.
+        rng: The generator that draws signs. Up to 12 clusters it is not used, since every
+            combination of signs is tried.
+        draws: The number of combinations that are drawn; by default 4999.
+
+    Returns:
+        p-values (m,).
+    """
     k = len(clusters)
     observed = np.abs(clusters.sums.sum(axis=0)) * (
         1 - 1e-12
@@ -190,13 +240,21 @@ TRAINING_VARIANCE = 0.1
 
 
 def corrected_p(clusters: Clusters) -> Floats:
-    """Two-sided p-values (m,) of mean differences between models that were trained on overlapping
+    """Two-sided p-values of mean differences between models that were trained on overlapping
     pulses.
 
-    The corrected resampled t-test (Nadeau and Bengio, Mach. Learn. 52 (2003) 239, eq. 9) over the
-    means of k clusters: t = d / (s sqrt(1 / k + `TRAINING_VARIANCE`)), k - 1 degrees of freedom. A
-    sign-flip test takes the models as given, and calls the luck of what they learned from a
-    difference. 1 for a single cluster.
+    The corrected resampled t-test over the means of k clusters: t = d / (s sqrt(1 / k +
+    `TRAINING_VARIANCE`)), k - 1 degrees of freedom. A sign-flip test takes the models as given, and
+    calls the luck of what they learned from a difference.
+
+    Parameters:
+        clusters: Differences summed by cluster, k clusters of m quantities.
+
+    Returns:
+        p-values (m,), 1 for a single cluster.
+
+    Source:
+        Nadeau and Bengio, Mach. Learn. 52 (2003) 239, eq. 9.
     """
     from scipy.stats import t
 
@@ -210,13 +268,26 @@ def corrected_p(clusters: Clusters) -> Floats:
 
 
 def least_p_value(clusters: int) -> float:
-    """The least p-value that `sign_flip_p` can give: all sums have one sign, or all the other."""
+    """The least p-value that `sign_flip_p` can give: all sums have one sign, or all the other.
+
+    Parameters:
+        clusters: The number of clusters.
+    """
     return float(min(1.0, 2.0 ** (1 - clusters)))
 
 
 def holm(p_values: Floats) -> Floats:
-    """The same p-values (q,) for somebody who asked q questions (Holm, Scand. J. Statist. 6, 1979,
-    65)."""
+    """p-values that are corrected for the number of questions that were asked.
+
+    Parameters:
+        p_values: The p-value (q,) of each of q questions by itself.
+
+    Returns:
+        The corrected p-values (q,), in the same order.
+
+    Source:
+        Holm, Scand. J. Statist. 6 (1979) 65.
+    """
     order = np.argsort(p_values)
     corrected = np.empty_like(p_values)
     corrected[order] = np.maximum.accumulate(
@@ -226,13 +297,25 @@ def holm(p_values: Floats) -> Floats:
 
 
 def ensemble_crps(draws: Floats, measured: Floats) -> Floats:
-    """Scores (n,) of predictions given as draws (d, n), in the unit of the values; the smaller, the
-    better.
+    """The continuous ranked probability score E|X - y| - E|X - X'| / 2 of predictions that are
+    given as draws; the smaller, the better.
 
-    E|X - y| - E|X - X'| / 2 (Gneiting and Raftery, J. Am. Stat. Assoc. 102 (2007) 359, eq. 21). The
-    second mean is taken over pairs of different draws, so that its expectation does not depend on
-    their number (Ferro, Q. J. R. Meteorol. Soc. 140 (2014) 1917). A single draw is scored by its
-    absolute error. Raises `ValueError` for arrays of other shapes.
+    The second mean is taken over pairs of different draws, so that its expectation does not depend
+    on their number. A single draw is scored by its absolute error.
+
+    Parameters:
+        draws: Predicted values (d, n), d draws of each.
+        measured: Measured values (n,), in the same unit.
+
+    Returns:
+        Scores (n,) in the unit of the values.
+
+    Raises:
+        ValueError: For arrays of other shapes.
+
+    Source:
+        Gneiting and Raftery, J. Am. Stat. Assoc. 102 (2007) 359, eq. 21; Ferro, Q. J. R. Meteorol.
+        Soc. 140 (2014) 1917.
     """
     if draws.ndim != 2 or draws.shape[1:] != measured.shape:
         raise ValueError(
@@ -252,10 +335,17 @@ _RESAMPLES = 2000
 
 
 def fraction(before: Floats | float, after: Floats | float, floor: Floats | float) -> Floats:
-    """Of mean squares before, after and by chance (...): (b - a) / (b - f) of their roots, NaN
-    where b <= f.
+    """The share of an error above its noise that disappears: (b - a) / (b - f) of the roots.
 
     The roots are what the report prints, so that its numbers agree with each other.
+
+    Parameters:
+        before: Mean squares b before the change, of any shape.
+        after: Mean squares a after it, of the same shape.
+        floor: Mean squares f by chance alone, of the same shape.
+
+    Returns:
+        The shares, NaN where b <= f.
     """
     b, a, f = np.sqrt(before), np.sqrt(after), np.sqrt(floor)
     return np.asarray((b - a) / np.where(b > f, b - f, np.nan))
@@ -269,15 +359,29 @@ def fraction_interval(
     floor_error: float = 0.0,
     training_error: float = 0.0,
 ) -> tuple[float, float] | None:
-    """90 % interval from squares (C,) of held-out configurations, whole configurations drawn with
-    replacement.
+    """The 90 % interval of a `fraction`, from held-out configurations of which whole ones are drawn
+    with replacement.
 
-    Bias-corrected and accelerated (Efron, JASA 82 (1987) 171), widened about the estimate by sqrt(C
-    / (C - 1)) and by Student's t over the normal quantile, since C drawn configurations scatter too
-    little, and by what resampling does not see; not beyond 1. `floor_error`: relative standard
-    deviation of the scatter's mean square, which few repetitions measured. `training_error`:
-    standard deviation of the fraction, because other training configurations would have given other
-    parameters to all that are held out. None with fewer than three configurations.
+    Bias-corrected and accelerated, widened about the estimate by sqrt(C / (C - 1)) and by Student's
+    t over the normal quantile, since C drawn configurations scatter too little, and by what
+    resampling does not see; not beyond 1.
+
+    Parameters:
+        before: Squares (C,) of the error before the change, one for each configuration.
+        after: Squares (C,) after it.
+        floor: Squares (C,) by chance alone.
+        rng: The generator that draws configurations.
+        floor_error: The relative standard deviation of the scatter's mean square, which few
+            repetitions measured; by default 0.
+        training_error: The standard deviation of the fraction, because other training
+            configurations would have given other parameters to all that are held out; by default 0.
+
+    Returns:
+        Low and high end; None with fewer than three configurations, and where the fraction is not
+        finite.
+
+    Source:
+        Efron, JASA 82 (1987) 171.
     """
     from scipy.stats import norm, t
 

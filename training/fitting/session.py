@@ -54,9 +54,24 @@ def train(
     """Train every model on every split, and register each as soon as it is finished.
 
     A training whose result is registered (same dataset, split, seed, settings and
-    `TRAINING_VERSION`) is not done again, unless `retrain`; so what was interrupted goes on by
-    being started again. Another process that trains on the same dataset is waited for. The
-    `executor` trains; this process registers, alone.
+    `TRAINING_VERSION`) is not done again, so that an interrupted session goes on when it is started
+    again. Another process that trains on the same dataset is waited for.
+
+    Parameters:
+        registry: Where models are found and registered. This process alone registers.
+        context: What all trainings share: the dataset with its pulses, the seed, the budget of a
+            search and the folder of work in progress.
+        models: Names of models of `models.catalogue`.
+        splits: Texts of splits, such as "configurations" (`dataset.table.split_of`).
+        retrain: Whether a training is done again although its result is registered; by default
+            False.
+        executor: Where the models are trained, and by how many processes; by default in this
+            process.
+        progress: Receives the steps that are done, and messages; by default nobody is told.
+
+    Returns:
+        The versions in the order of the splits and models, the models that could not be trained,
+        and how many were trained now.
     """
     tasks = [task_of(model, split, context) for split in splits for model in models]
 

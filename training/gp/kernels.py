@@ -53,7 +53,14 @@ KERNELS: dict[str, Callable[[Floats], Floats]] = {
 
 
 def kernel_named(kind: str) -> Callable[[Floats], Floats]:
-    """Raises `LookupError` that names those there are."""
+    """The covariance as a function of squared distances, which it overwrites.
+
+    Parameters:
+        kind: The name of the kernel in `KERNELS`.
+
+    Raises:
+        LookupError: For an unknown kernel, with the names that there are.
+    """
     if kind not in KERNELS:
         kernel_names = ", ".join(KERNELS)
         raise LookupError(
@@ -64,8 +71,13 @@ def kernel_named(kind: str) -> Callable[[Floats], Floats]:
 
 
 def squared_distances(a: Floats, b: Floats) -> Floats:
-    """n x p, never negative; where `a` is `b`, a diagonal of zeros and symmetric but for
-    rounding."""
+    """Squared distances (n, p), never negative; where `a` is `b`, a diagonal of zeros and symmetric
+    but for rounding.
+
+    Parameters:
+        a: Points (n, d).
+        b: Points (p, d).
+    """
     if a is b:
         q = a @ a.T
         squares = q.diagonal().copy()
@@ -81,7 +93,16 @@ def squared_distances(a: Floats, b: Floats) -> Floats:
 
 
 def kernel_matrix(kind: str, a: Floats, b: Floats) -> Floats:
-    """Covariances n x p of a (n x d) and b (p x d), both divided by their lengthscales."""
+    """Covariances (n, p) between inputs.
+
+    Parameters:
+        kind: The name of the kernel in `KERNELS`.
+        a: Inputs (n, d), divided by their lengthscales.
+        b: Inputs (p, d), divided by their lengthscales.
+
+    Raises:
+        LookupError: For an unknown kernel, with the names that there are.
+    """
     return kernel_named(kind)(squared_distances(a, b))
 
 
@@ -89,10 +110,19 @@ class Covariance(Protocol):
     """Of a noise-free output at inputs of standardised predictors."""
 
     def matrix(self, a: Floats, b: Floats) -> Floats:
-        """Covariances n x p of a (n x d) and b (p x d)."""
+        """Covariances (n, p) between inputs.
+
+        Parameters:
+            a: Standardised predictors (n, d).
+            b: Standardised predictors (p, d).
+        """
 
     def variances(self, a: Floats) -> Floats:
-        """Variances (n,) at a (n x d)."""
+        """The variance (n,) at each input.
+
+        Parameters:
+            a: Standardised predictors (n, d).
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +133,21 @@ class NamedCovariance:
     lengthscales: Floats
 
     def matrix(self, a: Floats, b: Floats) -> Floats:
-        """Covariances n x p."""
+        """Covariances (n, p) between inputs.
+
+        Parameters:
+            a: Standardised predictors (n, d), which are divided by the lengthscales here.
+            b: Standardised predictors (p, d), likewise.
+        """
         scaled = a / self.lengthscales
         return kernel_matrix(self.kind, scaled, scaled if a is b else b / self.lengthscales)
 
     def variances(self, a: Floats) -> Floats:
-        """1 everywhere."""
+        """1 everywhere (n,).
+
+        Parameters:
+            a: Standardised predictors (n, d).
+        """
         return np.ones(len(a))
 
 
@@ -119,7 +158,12 @@ class TorchCovariance:
     kernel: Any
 
     def matrix(self, a: Floats, b: Floats) -> Floats:
-        """Covariances n x p."""
+        """Covariances (n, p) between inputs.
+
+        Parameters:
+            a: Standardised predictors (n, d).
+            b: Standardised predictors (p, d).
+        """
         import torch
 
         with torch.no_grad():
@@ -129,7 +173,11 @@ class TorchCovariance:
             )
 
     def variances(self, a: Floats) -> Floats:
-        """The kernel's diagonal."""
+        """The kernel's diagonal (n,).
+
+        Parameters:
+            a: Standardised predictors (n, d).
+        """
         import torch
 
         with torch.no_grad():

@@ -42,10 +42,15 @@ class KernelFactor:
 
 
 def factorise(k: Floats, tolerance: float) -> KernelFactor:
-    """Pivoted Cholesky (LAPACK `dpstrf`) of K (n x n) until no variance left is above `tolerance`,
-    then r x r `eigh`.
+    """A factor of a kernel matrix: pivoted Cholesky (LAPACK `dpstrf`), then `eigh` of r x r
+    numbers.
 
-    Exact at full rank too; there it costs an eigendecomposition of K. `k` is left as it was.
+    Exact at full rank too; there it costs an eigendecomposition of K.
+
+    Parameters:
+        k: The kernel matrix K (n, n), which is left as it was.
+        tolerance: The variance of an input that may be left over. The factorisation ends when none
+            has more.
     """
     from scipy.linalg.lapack import dpstrf
 
@@ -106,7 +111,16 @@ class Likelihood:
 
 
 def whiten(y: Floats, b: Floats, sigma: Floats) -> Whitened:
-    """y (n x m), b and sigma (m x m). Raises `ValueError` where sigma is not positive definite."""
+    """The outputs made independent of each other.
+
+    Parameters:
+        y: The outputs (n, m), less their prior mean.
+        b: The covariance B (m, m) between outputs.
+        sigma: The covariance Sigma (m, m) of the noise of one measurement.
+
+    Raises:
+        ValueError: Where sigma is not positive definite.
+    """
     from scipy.linalg import solve_triangular
 
     try:
@@ -122,8 +136,15 @@ def whiten(y: Floats, b: Floats, sigma: Floats) -> Whitened:
 
 
 def solve(factor: KernelFactor, white: Whitened) -> tuple[Floats, Floats, Floats]:
-    """`a` (n x m), T'a (r x m) and 1 / (s_j l_i + 1) (r x m), by Woodbury: no division by small
-    eigenvalues."""
+    """The solution of the whitened system by Woodbury: no division by small eigenvalues.
+
+    Parameters:
+        factor: The kernel matrix T T' as `factorise` gives it, with its eigenvalues l.
+        white: The independent outputs (n, m), with their eigenvalues s.
+
+    Returns:
+        `a` (n, m), T'a (r, m) and 1 / (s_j l_i + 1) (r, m).
+    """
     shrink = 1.0 / (factor.eigenvalues[:, None] * white.s + 1.0)
     projected = factor.t.T @ white.outputs
     a = white.outputs - factor.t @ (white.s * shrink * projected)
@@ -131,7 +152,18 @@ def solve(factor: KernelFactor, white: Whitened) -> tuple[Floats, Floats, Floats
 
 
 def likelihood(factor: KernelFactor, y: Floats, b: Floats, sigma: Floats) -> Likelihood:
-    """Of y (n x m) under the factorised K; O(n^2 r) and one n x n array."""
+    """The marginal likelihood of outputs under a factorised kernel matrix; O(n^2 r) and one n x n
+    array.
+
+    Parameters:
+        factor: The kernel matrix K as `factorise` gives it.
+        y: The outputs (n, m), less their prior mean.
+        b: The covariance B (m, m) between outputs.
+        sigma: The covariance Sigma (m, m) of the noise of one measurement.
+
+    Raises:
+        ValueError: Where sigma is not positive definite.
+    """
     white = whiten(y, b, sigma)
     a, projected, shrink = solve(factor, white)
     n, m = y.shape

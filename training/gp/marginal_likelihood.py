@@ -40,8 +40,16 @@ class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignor
     truncation_bound: float = float("nan")
 
     def forward(self, function_dist: Any, target: torch.Tensor, *params: Any) -> torch.Tensor:
-        """Per value of `target` (n x m). Raises `ValueError` where the covariance is no product of
-        two, or the target not float64."""
+        """The logarithm of the marginal likelihood, per value of the outputs.
+
+        Parameters:
+            function_dist: The prior distribution of the outputs, as the model gives it.
+            target: The outputs (n, m) in float64.
+            params: What the model's added loss terms are called with, where it has such terms.
+
+        Raises:
+            ValueError: Where the covariance is no product of two, or the target not float64.
+        """
         covariance = function_dist.lazy_covariance_matrix
         covariance = (
             covariance.evaluate_kernel() if hasattr(covariance, "evaluate_kernel") else covariance
@@ -76,7 +84,15 @@ def _noise(noise_likelihood: Any) -> torch.Tensor:
 
 
 def exact_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats) -> Likelihood:
-    """Of y (n x m) with K (n x n), B and Sigma (m x m), factorised until `TRUNCATION` is kept."""
+    """The marginal likelihood with K factorised until `TRUNCATION` is kept, as far as rounding
+    allows.
+
+    Parameters:
+        k: The kernel matrix K (n, n) between inputs.
+        y: The outputs (n, m), less their prior mean.
+        b: The covariance B (m, m) between outputs.
+        sigma: The covariance Sigma (m, m) of the noise of one measurement.
+    """
     scale = max(float(k.diagonal().max()), 1e-300)
     tolerance = TOLERANCE
     result = likelihood(factorise(k, tolerance * scale), y, b, sigma)
@@ -119,9 +135,17 @@ class CholeskyMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore
     """
 
     def forward(self, function_dist: Any, target: torch.Tensor, *params: Any) -> torch.Tensor:
-        """Per value of `target` (n,). Raises `ValueError` where the target is not one output in
-        float64, and where the covariance is not positive definite, with the jitter of
-        `gpytorch.settings` neither."""
+        """The logarithm of the marginal likelihood, per value of the output.
+
+        Parameters:
+            function_dist: The prior distribution of the output, as the model gives it.
+            target: The output (n,) in float64.
+            params: What the model's added loss terms are called with, where it has such terms.
+
+        Raises:
+            ValueError: Where the target is not one output in float64, and where the covariance is
+                not positive definite, not even with the jitter of `gpytorch.settings`.
+        """
         if target.dim() != 1 or function_dist.mean.shape != target.shape:
             shapes = f"{tuple(target.shape)} with a mean of {tuple(function_dist.mean.shape)}"
             raise ValueError(f"the likelihood is that of one output (n,), y is {shapes}")

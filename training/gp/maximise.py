@@ -41,8 +41,14 @@ def maximise(
 ) -> Maximisation:
     """Set the parameters of `objective.model` to those of its greatest value, from where they are.
 
-    `objective` is a marginal log likelihood of GPyTorch. Stops after so many `iterations`, or where
-    the loss per value of y changes by less than `change` of it.
+    Parameters:
+        objective: A marginal log likelihood of GPyTorch.
+        iterations: The largest number of iterations; evaluations are twice as many at most.
+        change: The search stops where the loss per value of y changes by less than this share of
+            it; by default 1e-6.
+        gradient: The search stops where no derivative of the loss per value of y is larger than
+            this; by default 1e-6.
+        memory: The number of past steps from which the curvature is estimated; by default 20.
     """
     from scipy.optimize import minimize
 

@@ -28,7 +28,12 @@ _LENGTHSCALE, _KAPPA, _NOISE, _LOADING = 3.0, 0.5, 0.3, 0.3
 def named_kernel(kind: str, predictors: int) -> Kernel:
     """A kernel of GPyTorch with a lengthscale for each predictor, its bounds and its prior.
 
-    Raises `LookupError` as `kernel_named`.
+    Parameters:
+        kind: The name of the kernel in `kernels.KERNELS`, such as "rbf".
+        predictors: The number of predictors.
+
+    Raises:
+        LookupError: For an unknown kernel, with the names that there are.
     """
     kernel_named(kind)
     made = {  # type: ignore[no-untyped-call]
@@ -90,7 +95,11 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
         self.train()
 
     def forward(self, x: torch.Tensor) -> Any:
-        """The prior at x (n x d)."""
+        """The prior distribution of the outputs.
+
+        Parameters:
+            x: Standardised predictors (n, d).
+        """
         return gpytorch.distributions.MultitaskMultivariateNormal(
             self.mean_module(x), self.covar_module(x)
         )
@@ -118,7 +127,14 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
     def set_parameters(
         self, lengthscales: Floats, loadings: Floats, kappa: Floats, noise: Floats
     ) -> None:
-        """Those of a model with a named kernel."""
+        """Set the parameters of a model with a named kernel.
+
+        Parameters:
+            lengthscales: The lengthscale (d,) of each standardised predictor.
+            loadings: W (m, rank) of the covariance B between outputs.
+            kappa: The variance (m,) of each output alone.
+            noise: The variance (m,) of one measurement of each output.
+        """
         index = self.covar_module.task_covar_module
         self.kernel.lengthscale = torch.as_tensor(lengthscales)
         index.covar_factor.data = torch.tensor(loadings)

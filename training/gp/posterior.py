@@ -34,7 +34,12 @@ class Posterior:
     noise: Floats
 
     def predict(self, covariance: Covariance, z: Floats) -> tuple[Floats, Floats]:
-        """Means and standard deviations (n x m) of new measurements at z (n x d)."""
+        """Means and standard deviations (n, m) of new measurements.
+
+        Parameters:
+            covariance: The kernel over inputs that the outputs were learned with.
+            z: Inputs (n, d), scaled as those that the outputs were learned at.
+        """
         parts = [
             self._predict(covariance, z[begin : begin + _CHUNK])
             for begin in range(0, max(len(z), 1), _CHUNK)
@@ -44,7 +49,12 @@ class Posterior:
         )
 
     def turned(self, turn: Floats) -> Posterior:
-        """Of the outputs times `turn` (m x other m), whose noise becomes correlated."""
+        """What the same process predicts of combinations of the outputs, whose noise becomes
+        correlated.
+
+        Parameters:
+            turn: The weights (m, q) of the m outputs in each of q combinations.
+        """
         weights, mixing, noise = self.weights @ turn, self.mixing @ turn, self.noise @ turn**2
         return replace(self, weights=weights, mixing=mixing, noise=noise)
 
@@ -60,8 +70,15 @@ class Posterior:
 
 
 def posterior(covariance: Covariance, z: Floats, y: Floats, b: Floats, noise: Floats) -> Posterior:
-    """Given y (n x m) at z (n x d), with B (m x m) and the noise's variances (m,); only solves,
-    tunes nothing."""
+    """The outputs given their measurements; only solves, tunes nothing.
+
+    Parameters:
+        covariance: The kernel over inputs, such as a `NamedCovariance`.
+        z: Inputs (n, d), as the covariance takes them.
+        y: The measured outputs (n, m), less their prior mean.
+        b: The covariance B (m, m) between outputs.
+        noise: The variance (m,) of one measurement of each output.
+    """
     from scipy.linalg import solve_triangular
 
     k = covariance.matrix(z, z)

@@ -57,21 +57,46 @@ class ContactModel(ABC):
 
     @abstractmethod
     def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """Learn from measured pulses. The same pulses, settings and seed give the same model."""
+        """Learn from measured pulses. The same pulses, settings and seed give the same model.
+
+        Parameters:
+            pulses: Measured pulses with their inputs.
+            rng: The generator of what is random in the training.
+
+        Returns:
+            The model itself.
+        """
 
     @abstractmethod
     def predict(self, inputs: Inputs) -> ContactPrediction:
-        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other
-        predictors than learned."""
+        """Pulses of impacts.
+
+        Parameters:
+            inputs: The impacts, with the predictors that the model learned from.
+
+        Raises:
+            NotFittedError: Before `fit`.
+            ValueError: For other predictors than learned.
+        """
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """A new one, learned from other pulses with what this one tuned kept; cheap where it can
-        be."""
+        """A new model, learned from other pulses with what this one tuned kept; cheap where it can
+        be.
+
+        Parameters:
+            pulses: Measured pulses with their inputs.
+            rng: The generator of what is random in the training.
+        """
         return type(self)(**self.settings()).fit(pulses, rng)
 
     def relearn(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
-        """A new one, learned and tuned from other pulses: it knows nothing of those left out, but
-        for what only a long search finds (`Estimator.relearn`)."""
+        """A new model, learned and tuned from other pulses: it knows nothing of those left out, but
+        for what only a long search finds (`Estimator.relearn`).
+
+        Parameters:
+            pulses: Measured pulses with their inputs.
+            rng: The generator of what is random in the training.
+        """
         return self.refit(pulses, rng)
 
     def fit_report(self) -> FitReport:
@@ -89,19 +114,38 @@ class ContactModel(ABC):
 
     @abstractmethod
     def restore(self, arrays: Arrays) -> Self:
-        """Learned state from `arrays()`; returns self."""
+        """Take over a learned state.
+
+        Parameters:
+            arrays: The state, as `arrays()` of a fitted model gives it.
+
+        Returns:
+            The model itself.
+        """
 
 
 def spelled(predictors: tuple[Predictor, ...]) -> Texts:
-    """Names, units and levels as text (d,), to be stored beside what was learned from them."""
+    """Names, units and levels as text (d,), to be stored beside what was learned from them.
+
+    Parameters:
+        predictors: What a model learns from, in its order.
+    """
     return np.array(
         [f"{p.name} [{p.unit}] {'|'.join(p.levels)}".strip() for p in predictors], dtype=np.str_
     )
 
 
 def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
-    """Raises `ValueError` for other predictors than learned, by name, and for values that are not
-    finite."""
+    """Refuse inputs that a model cannot be asked with.
+
+    Parameters:
+        inputs: The impacts that the model is asked about.
+        learned: The predictors (d,) that it learned from, as `spelled` gives them.
+
+    Raises:
+        ValueError: For other predictors than learned, which it names, and for values that are not
+            finite.
+    """
     given = spelled(inputs.predictors)
     if not np.array_equal(given, learned):
         other = sorted(set(given.tolist()) ^ set(learned.tolist())) or ["their order"]
@@ -110,7 +154,14 @@ def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
 
 
 def check_finite(inputs: Inputs) -> None:
-    """Raises `ValueError` with the predictor's name, its value and the row."""
+    """Refuse values of predictors that are not finite.
+
+    Parameters:
+        inputs: The impacts that a model is asked about.
+
+    Raises:
+        ValueError: For such a value, with the predictor's name, the value and the row.
+    """
     rows, columns = np.nonzero(~np.isfinite(inputs.x))
     if len(rows):
         name = inputs.predictors[columns[0]].name
@@ -122,10 +173,14 @@ def check_finite(inputs: Inputs) -> None:
 
 
 def momentum(inputs: Inputs) -> Floats:
-    """The impactor's mass times its velocity (n,), kg m/s; the mass is a predictor (`bullet_mass`)
-    or the bench's.
+    """The impactor's mass times its velocity (n,), kg m/s.
 
-    Raises `ValueError` where either is unknown or not positive.
+    Parameters:
+        inputs: The impacts. The mass is the predictor `bullet_mass` where there is one, else that
+            of the bench.
+
+    Raises:
+        ValueError: Where mass or velocity is unknown or not positive.
     """
     names = [predictor.name for predictor in inputs.predictors]
     mass = inputs.column("bullet_mass") if "bullet_mass" in names else inputs.impactor_mass_kg
@@ -155,20 +210,35 @@ MARGIN = 1.05
 
 
 def impulse(force_n: Floats, contact_time_s: Floats) -> Floats:
-    """N s, (n,), of force (n x 20) over contact times (n,)."""
+    """The impulses (n,) of pulses, N s.
+
+    Parameters:
+        force_n: Forces (n, 20) at equidistant points of the contact, both ends included.
+        contact_time_s: The duration (n,) of each contact.
+    """
     return np.asarray(force_n @ WEIGHTS * contact_time_s)
 
 
 def positive_times(time: Floats, shortest: float) -> Floats:
-    """A regression may say zero or less; a contact lasts at least a tenth of the shortest one
-    learned."""
+    """Contact times that are positive. A regression may say zero or less; a contact lasts at least
+    a tenth of the shortest one learned.
+
+    Parameters:
+        time: Contact times of a regression in s, of any shape.
+        shortest: The shortest contact time in s of the pulses that it learned from.
+    """
     return np.maximum(time, 0.1 * shortest)
 
 
 def positive_pulses(force_n: Floats, faintest: float) -> Floats:
-    """Pulses whose mean force is not at least a thousandth of the faintest one learned are cut off
-    at zero, and raised to it at their inner points: they push, if hardly. All others stay as the
-    regression gave them.
+    """Pulses that push at least a little. A pulse whose mean force is below a thousandth of the
+    faintest one learned is cut off at zero, and raised to that thousandth at its inner points. All
+    others stay as the regression gave them.
+
+    Parameters:
+        force_n: Forces (n, 20) of a regression at equidistant points of the contact.
+        faintest: The smallest mean force in N of the pulses that it learned from
+            (`faintest_mean_force`).
     """
     least = 1e-3 * faintest
     raised = np.maximum(force_n, 0.0)
@@ -177,7 +247,14 @@ def positive_pulses(force_n: Floats, faintest: float) -> Floats:
 
 
 def faintest_mean_force(pulses: PulseTable) -> float:
-    """N. Raises `ValueError` for a measured pulse whose mean force is not positive."""
+    """The smallest mean force of measured pulses, N.
+
+    Parameters:
+        pulses: Measured pulses.
+
+    Raises:
+        ValueError: For a measured pulse whose mean force is not positive.
+    """
     mean = pulses.force_n @ WEIGHTS
     if not np.all(mean > 0):
         row = int(np.flatnonzero(~(mean > 0))[0])
@@ -192,18 +269,32 @@ _P = TypeVar("_P", Estimator, ContactModel)
 
 
 def own(part: _P) -> _P:
-    """A copy to learn with: what the constructor was given stays as it was given."""
+    """A copy to learn with, so that what the constructor was given stays as it was given.
+
+    Parameters:
+        part: An estimator or model that was given to the constructor of another.
+    """
     return copy.deepcopy(part)
 
 
 def prefixed(prefix: str, arrays: Arrays) -> Arrays:
-    """Arrays of a part of a model, by names that begin with the part's: the inverse of
-    `restored`."""
+    """Arrays of a part of a model, by names that begin with the part's: the inverse of `restored`.
+
+    Parameters:
+        prefix: The name of the part, such as "force".
+        arrays: What the part has learned.
+    """
     return {f"{prefix}.{name}": array for name, array in arrays.items()}
 
 
 def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
-    """A copy of the part that has learned what stands under the prefix."""
+    """A copy of a part of a model that has learned what stands under the part's name.
+
+    Parameters:
+        part: The part as the constructor was given it.
+        prefix: The name of the part, such as "force".
+        arrays: What the whole model has learned, with the names of `prefixed`.
+    """
     begin = f"{prefix}."
     own_arrays = {
         name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)
@@ -212,7 +303,16 @@ def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
 
 
 def get_array(arrays: Arrays, name: str, kind: str) -> Any:
-    """One array. Raises `ValueError` where it is missing."""
+    """An array of a model that is restored.
+
+    Parameters:
+        arrays: What the model has learned, by name.
+        name: The name of the array.
+        kind: What the model is called in the message.
+
+    Raises:
+        ValueError: Where the array is missing.
+    """
     if name not in arrays:
         raise ValueError(
             f"a model of kind {kind!r} is restored from arrays with {name!r}, which is missing"
@@ -221,9 +321,12 @@ def get_array(arrays: Arrays, name: str, kind: str) -> Any:
 
 
 def residual_correlation(residual: Floats) -> Floats:
-    """Correlation m x m of one measurement's deviations (n x m): regressions give each output's
+    """The correlation (m, m) between the deviations of outputs: regressions give each output's
     spread alone, yet the deviations of one pulse go together. Outputs that never deviate are
     correlated with none.
+
+    Parameters:
+        residual: The deviations (n, m) of each measurement from what was predicted of it.
     """
     centred = residual - residual.mean(axis=0)
     width = np.sqrt((centred * centred).mean(axis=0))
@@ -234,8 +337,13 @@ def residual_correlation(residual: Floats) -> Floats:
 
 
 def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
-    """Standard deviations (n x p) of p functions with derivatives `jacobian` (n x p x m) of m
-    outputs that have the standard deviations `spread` (n x m) and the correlation m x m.
+    """Standard deviations (n, p) of p functions of m outputs.
+
+    Parameters:
+        jacobian: The derivatives (n, p, m) of the functions by the outputs.
+        spread: The standard deviations (n, m) of the outputs.
+        correlation: The coefficients (m, m) between the outputs, as `residual_correlation` gives
+            them.
     """
     parts = jacobian * spread[:, None, :]
     variance = np.einsum("npm,npm->np", parts @ correlation, parts)
@@ -243,8 +351,16 @@ def propagate_spread(jacobian: Floats, spread: Floats, correlation: Floats) -> F
 
 
 def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, output: int) -> Floats:
-    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagate_spread`,
-    with an output; 0 where either has no spread."""
+    """The correlation (n,) of a function of m outputs with one of them; 0 where either has no
+    spread.
+
+    Parameters:
+        jacobian: The derivatives (n, m) of the function by the outputs.
+        spread: The standard deviations (n, m) of the outputs.
+        correlation: The coefficients (m, m) between the outputs, as `residual_correlation` gives
+            them.
+        output: The position of the one output, from 0.
+    """
     parts = jacobian * spread
     variance = np.einsum("nm,nm->n", parts @ correlation, parts)
     together = parts @ correlation[:, output]

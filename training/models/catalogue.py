@@ -46,8 +46,15 @@ class ModelSpec:
 
 
 def entry_of(name: str) -> ModelSpec:
-    """Raises `LookupError` that names those there are, and for a model of another package that
-    cannot be used with the cause."""
+    """The model that `train` knows by a name.
+
+    Parameters:
+        name: "hybrid" or another name of `MODEL_SPECS`, or that of a model of another package.
+
+    Raises:
+        LookupError: For an unknown name, with the names that there are; for a model of another
+            package that cannot be used, with the cause.
+    """
     if name in MODEL_SPECS:
         return MODEL_SPECS[name]
     specs = model_specs()
@@ -72,8 +79,15 @@ def model_specs() -> dict[str, ModelSpec]:
 
 
 def models_of(names: str) -> list[str]:
-    """Names from a comma list, or of "all". Raises `LookupError` for an unknown one, `ValueError`
-    for none."""
+    """Names of models, each once, in the order of a text.
+
+    Parameters:
+        names: The names with commas between them, or "all".
+
+    Raises:
+        LookupError: For an unknown name.
+        ValueError: Where no name is given.
+    """
     if names.strip() == "all":
         return list(model_specs())
     chosen = list(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))

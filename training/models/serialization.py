@@ -58,9 +58,15 @@ class UnknownKindError(ValueError):
 
 
 def build(description: Mapping[str, Any]) -> ContactModel | Estimator:
-    """The unfitted object of {"kind", "settings"}; a setting of that form is built first.
+    """The unfitted object of a description.
 
-    Raises `UnknownKindError`, and `ValueError` for settings that the kind does not take.
+    Parameters:
+        description: {"kind", "settings"} as `describe` gives it; a setting of that form is built
+            first.
+
+    Raises:
+        UnknownKindError: For a kind that this software does not have.
+        ValueError: For settings that the kind does not take.
     """
     kind = description["kind"]
     made = _class_of(kind)
@@ -98,7 +104,11 @@ def added_kinds() -> Loaded[type[ContactModel] | type[Estimator]]:
 
 
 def plugin_of(kind: str) -> Plugin | None:
-    """The entry point of another package that adds a kind; None for one that is shipped."""
+    """The entry point of another package that adds a kind; None for one that is shipped.
+
+    Parameters:
+        kind: What a model or estimator is registered as, such as "coregional".
+    """
     return None if kind in KINDS else added_kinds().plugins.get(kind)
 
 
@@ -124,12 +134,20 @@ def _accepted(name: str, made: Any) -> type[ContactModel] | type[Estimator]:
 
 
 def describe(part: ContactModel | Estimator) -> dict[str, Any]:
-    """What `build` makes the same unfitted object of."""
+    """The description of which `build` makes the same unfitted object.
+
+    Parameters:
+        part: The model or estimator.
+    """
     return {"kind": part.kind, "settings": part.settings()}
 
 
 def parts_within(description: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """{"kind", "settings"} itself and every part that its settings describe."""
+    """A description itself and every part that its settings describe.
+
+    Parameters:
+        description: {"kind", "settings"} as `describe` gives it.
+    """
     yield description
     for value in description["settings"].values():
         if _is_part(value):
@@ -158,12 +176,27 @@ class ModelFileError(ValueError):
 
 
 def pack(model: ContactModel) -> Packed:
-    """A fitted model as JSON and arrays. Raises `NotFittedError` before `fit`."""
+    """A fitted model as JSON and arrays.
+
+    Parameters:
+        model: A model after `fit`.
+
+    Raises:
+        NotFittedError: Before `fit`.
+    """
     return {"format": FORMAT, "model": describe(model)}, model.arrays()
 
 
 def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
-    """The model that `pack` took apart. Raises `ModelFileError`."""
+    """The model that `pack` took apart.
+
+    Parameters:
+        document: The format, and the description of the model.
+        arrays: What the model has learned.
+
+    Raises:
+        ModelFileError: Where no model can be made of them.
+    """
     try:
         if document["format"] != FORMAT:
             raise ModelFileError(
@@ -183,10 +216,19 @@ def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
 
 
 def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
-    """Both files into `folder`; `about` is kept beside the model. Returns the SHA-256 of
-    `model.json`.
+    """Write both files of a model.
 
-    `model.json` holds that of `arrays.npz`, so that one digest vouches for both.
+    Parameters:
+        packed: The model as `pack` gives it.
+        about: What is kept beside the model in `model.json`, as JSON holds it.
+        folder: The folder of the files, which is made if there is none.
+
+    Returns:
+        The SHA-256 of `model.json`. The file holds that of `arrays.npz`, so that one digest vouches
+        for both.
+
+    Raises:
+        ValueError: For an array that holds Python objects.
     """
     document, arrays = packed
     _refuse_objects(arrays)
@@ -201,10 +243,14 @@ def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
 
 
 def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, dict[str, Any]]:
-    """Model and what was kept beside it. Raises `ModelFileError` for files that are not those
-    written.
+    """A model, and what was kept beside it.
 
-    `sha256` is what `write_model` returned, where it is known.
+    Parameters:
+        folder: The folder of both files.
+        sha256: What `write_model` returned; by default it is not known, and not checked.
+
+    Raises:
+        ModelFileError: For files that are not those written.
     """
     document, packed = read_files(folder, sha256)
     try:
@@ -218,7 +264,18 @@ def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, d
 
 
 def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any], bytes]:
-    """Both files, held against their digests; no model is made of them. Raises `ModelFileError`."""
+    """Both files, held against their digests; no model is made of them.
+
+    Parameters:
+        folder: The folder of the files.
+        sha256: What `write_model` returned; by default it is not known, and not checked.
+
+    Returns:
+        The content of `model.json`, and the bytes of `arrays.npz`.
+
+    Raises:
+        ModelFileError: For files that cannot be read or are not those written.
+    """
     try:
         text = (folder / MODEL_FILE).read_bytes()
         packed = (folder / ARRAYS_FILE).read_bytes()

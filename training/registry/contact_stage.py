@@ -98,8 +98,17 @@ class RegisteredContact:
         return self.asked or shipped(self.registered.version.dataset.predictor_set)
 
     def pulses(self, strikes: ImpactBatch, z: Floats | None = None) -> ForcePulses:
-        """Raises `ValueError` where a setting does not tell what a predictor asks for, and for
-        another shape of `z`."""
+        """Mean pulses, or a random pulse for each strike.
+
+        Parameters:
+            strikes: The n impacts.
+            z: Standard normal numbers (n, `normals`) of which random pulses are a function; by
+                default None, for mean pulses.
+
+        Raises:
+            ValueError: Where a setting does not tell what a predictor asks for, and for another
+                shape of `z`.
+        """
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
         prediction = self.registered.model.predict(
@@ -113,13 +122,27 @@ class RegisteredContact:
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
     def outside(self, strikes: ImpactBatch) -> list[tuple[OutOfDomain, ...]]:
-        """For each strike, in the model's own kind of velocity."""
+        """For each strike, what of it lies outside of the model's validity domain; velocities are
+        in the model's own kind.
+
+        Parameters:
+            strikes: The n impacts.
+
+        Raises:
+            ValueError: Where a setting does not tell what a predictor asks for.
+        """
         listed = self.registered.domain.outside(self.inputs(strikes))
         return [tuple(map(_out_of_domain, items)) for items in listed]
 
     def extrapolation(self, strikes: ImpactBatch) -> list[tuple[Extrapolation, ...]]:
-        """For each strike, the numbers that lie below or above all that the model has learned
-        from."""
+        """For each strike, the numbers that lie below or above all that the model has learned from.
+
+        Parameters:
+            strikes: The n impacts.
+
+        Raises:
+            ValueError: Where a setting does not tell what a predictor asks for.
+        """
         inputs, domain = self.inputs(strikes), self.registered.domain
         listed: list[list[Extrapolation]] = [[] for _ in range(len(strikes))]
         for limit, column in domain.numbers(inputs):
@@ -131,7 +154,14 @@ class RegisteredContact:
         return [tuple(items) for items in listed]
 
     def inputs(self, strikes: ImpactBatch) -> Inputs:
-        """What the model is asked with, a row for each strike. Raises as `pulses`."""
+        """What the model is asked with, a row for each strike.
+
+        Parameters:
+            strikes: The n impacts.
+
+        Raises:
+            ValueError: Where a setting does not tell what a predictor asks for.
+        """
         return self._inputs_at(strikes, self._model_velocity(strikes, None))
 
     def _inputs_at(self, strikes: ImpactBatch, velocity_m_s: Floats) -> Inputs:
@@ -202,7 +232,11 @@ class RegisteredContact:
 
 def case_of(setting: Setting) -> ImpactSource:
     """A setting in the words of `dataset.sources`; its velocity is not in it, strikes have their
-    own."""
+    own.
+
+    Parameters:
+        setting: Impactor, target and factors of a strike, as the twin has them.
+    """
     numbers = {name: value for name, value in setting.factors.items() if not isinstance(value, str)}
     return ImpactSource(
         words={

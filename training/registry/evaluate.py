@@ -29,11 +29,19 @@ class Evaluation:
 def evaluate_held_out(
     registry: Registry, versions: Sequence[Version], read: Callable[[str], PulseTable]
 ) -> Evaluation:
-    """On the held-out pulses that all of them have in common; `read` gives a dataset's pulses by
-    its hash.
+    """Errors of models on the held-out pulses that all of them have in common.
 
     What a model held out it was not trained on, so neither was any other on what they have in
-    common. Raises `ValueError` where there are none.
+    common.
+
+    Parameters:
+        registry: Where the versions are registered.
+        versions: What is compared, as `Registry.versions` lists it.
+        read: Gives the pulses of a dataset by its hash.
+
+    Raises:
+        ValueError: Where there are no pulses in common, and where no dataset has them all as they
+            were.
     """
     held_out = {version.label: registry.held_out(version) for version in versions}
     common: set[str] = set.intersection(
@@ -53,8 +61,16 @@ def evaluate_held_out(
 def evaluate_on_table(
     registry: Registry, versions: Sequence[Version], pulses: PulseTable
 ) -> Evaluation:
-    """On those of other `pulses` that none was trained on. Raises `ValueError` where there are
-    none."""
+    """Errors of models on other pulses, of which those count that none of them was trained on.
+
+    Parameters:
+        registry: Where the versions are registered.
+        versions: What is compared, as `Registry.versions` lists it.
+        pulses: The measured pulses, such as those of another campaign.
+
+    Raises:
+        ValueError: Where all pulses were trained on.
+    """
     trained_on = [registry.held_out(version).trained_on for version in versions]
     fresh = ~np.isin(pulses.key, np.concatenate(trained_on))
     if not fresh.any():

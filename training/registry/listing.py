@@ -14,7 +14,11 @@ COVERED = ("force_covered", "time_covered")
 
 
 def newest(versions: Iterable[Version]) -> list[Version]:
-    """The newest of each model, dataset, split and seed, in the order given; champions stay."""
+    """The newest of each model, dataset, split and seed; champions stay.
+
+    Parameters:
+        versions: Registered versions, whose order is kept.
+    """
     every = list(versions)
     newest_by_name: dict[tuple[str, str, str, int], Version] = {}
     for version in sorted(
@@ -28,8 +32,15 @@ def newest(versions: Iterable[Version]) -> list[Version]:
 
 
 def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
-    """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming
-    those there are."""
+    """The versions of one dataset.
+
+    Parameters:
+        versions: Registered versions to choose from.
+        dataset: The name or hash of the dataset, or the start of its hash, eight digits at least.
+
+    Raises:
+        LookupError: Where none is of this dataset; the message names those there are.
+    """
     every = list(versions)
     of_it = [
         v
@@ -47,10 +58,17 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
 
 
 def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> Version:
-    """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
+    """The version that a text names.
 
-    Of a version's splits it is `split`, else the one whose model is put in use. Raises
-    `LookupError` that names what there is.
+    Parameters:
+        versions: Registered versions to choose from.
+        text: "hybrid@3", "hybrid@champion" or "hybrid", which is the newest.
+        split: Of the records of a version, that of this split is given where there is one, else
+            that of the model that is put in use. Of a bare name the newest version of this split is
+            given; by default of any split.
+
+    Raises:
+        LookupError: For a version that there is not; the message names what there is.
     """
     name, _, which = text.partition("@")
     named = [version for version in versions if version.name == name]
@@ -88,12 +106,20 @@ def _splits_by_number(versions: Sequence[Version], most: int = 12) -> list[tuple
 
 def in_order(versions: Iterable[Version]) -> list[Version]:
     """Of all models, the one that was registered last first. A clock that was set back changes
-    nothing."""
+    nothing.
+
+    Parameters:
+        versions: Registered versions in any order.
+    """
     return sorted(versions, key=lambda v: (v.order, v.registered_at, v.version), reverse=True)
 
 
 def row_of(version: Version) -> dict[str, Any]:
-    """A version as commands print it in JSON; a number that there is none of is None."""
+    """A version as commands print it in JSON; a number that is not known is None.
+
+    Parameters:
+        version: An entry of `Registry.versions`, which is the record of one split.
+    """
     metrics = version.metrics
     row: dict[str, Any] = {
         "model": version.name,
@@ -120,7 +146,11 @@ def row_of(version: Version) -> dict[str, Any]:
 
 
 def flat_row(version: Version) -> dict[str, Any]:
-    """The same as one level of columns: the metrics' means and the coverages beside the names."""
+    """A version as one level of columns: the metrics' means and the coverages beside the names.
+
+    Parameters:
+        version: An entry of `Registry.versions`, which is the record of one split.
+    """
     row = row_of(version)
     names = ("model", "version", "split", "dataset", "seed")
     means: dict[str, Any] = row["metrics"] | {
@@ -133,7 +163,11 @@ def flat_row(version: Version) -> dict[str, Any]:
 
 
 def finite(value: float) -> float | None:
-    """JSON has no NaN."""
+    """The number, or None where it is not finite: JSON has no NaN.
+
+    Parameters:
+        value: The number.
+    """
     return value if math.isfinite(value) else None
 
 

@@ -75,12 +75,18 @@ class ModelStorage:
 
 
 def storage_for(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
-    """Where the models of the store at `store_url` live.
+    """Where the models of a store live.
 
-    `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and
-    `lab-models/` beside it, and a server's store has `pyroshock-models.db` and `pyroshock-models/`
-    in the current folder. `PYROSHOCK_MODELS` decides where models' files go. Raises `ValueError`
-    for a folder as tracking URI, which MLflow no longer takes, and for a URI that is none.
+    Parameters:
+        store_url: The address of the store. `lab.db` has `lab-models.db` and `lab-models/` beside
+            it; the store of a server has `pyroshock-models.db` and `pyroshock-models/` in the
+            current folder.
+        environment: Variables by name. `MLFLOW_TRACKING_URI` decides in the place of the store's
+            address where it is set; `PYROSHOCK_MODELS` decides where models' files go.
+
+    Raises:
+        ValueError: For a folder as tracking URI, which MLflow no longer takes, for a URI that is
+            none, and for the store's own database as tracking URI.
     """
     return _with_files(_storage_of(store_url, environment.get(VARIABLE)), environment.get(FILES))
 

@@ -51,13 +51,31 @@ def promote(
     better than what answers without a model: the contact law updated by the pulses that the
     candidate learned from.
 
-    They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by
-    the mean CRPS of peak force, contact time and impulse (`unseen_configurations`): models and law
-    learn anew, without the configurations that they predict, and a model's bands are calibrated
-    without these. Either way the decision is kept, with its `verdict` and figures. `forced`
-    promotes a model that did not pass, too, for the `reason` given; the decision says what failed.
-    Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged,
-    where there is nothing to judge on, or where `forced` has no reason.
+    They are judged by the mean CRPS of peak force, contact time and impulse
+    (`unseen_configurations`): models and law learn anew, without the configurations that they
+    predict, and a model's bands are calibrated without these. Either way the decision is kept, with
+    its `verdict` and figures.
+
+    Parameters:
+        registry: Where the version is registered, and the decision is kept.
+        name: The name of the model, such as "hybrid".
+        version: The number of the version.
+        read: Gives the pulses of a dataset by its hash.
+        other: Name and pulses of another dataset or of a campaign, on which the candidate and what
+            it is compared with are judged; by default they are judged on the dataset that the
+            candidate learned from.
+        forced: Whether a version that does not pass is promoted, too; by default False. The
+            decision then says what failed.
+        reason: Why somebody wants the version promoted; it is kept with the decision. A forced
+            promotion needs it; else it may be empty, which is the default.
+
+    Returns:
+        The decision as it is kept.
+
+    Raises:
+        LookupError: For a version there is not.
+        ValueError: For a version whose files are damaged, where there is nothing to judge on, and
+            for a forced promotion without a reason.
     """
     if forced and not reason.strip():
         raise ValueError("a forced promotion needs its reason: --reason TEXT")
@@ -233,8 +251,16 @@ def _pulse_errors(
 
 
 def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
-    """Two of the judged models beside each other; the draws depend on who is compared, so the same
-    is said again."""
+    """Two of the judged models beside each other. The draws depend on which models are compared, so
+    that the same comparison gives the same numbers again.
+
+    Parameters:
+        judged: The errors of the models on common pulses.
+        a: The label of the first model, such as "hybrid@3".
+        b: The label of the second model.
+        groups: Whether they are also compared by the groups of `comparison_groups`; by default only
+            over all pulses.
+    """
     from ..evaluation.comparison import comparison_groups
 
     pulses = judged.pulses

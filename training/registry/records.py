@@ -142,8 +142,17 @@ class RegisteredModel:
         return int(self.about.get("pulses", 0))
 
     def predict(self, inputs: Inputs) -> Answer:
-        """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model
-        learned from."""
+        """Pulses of impacts.
+
+        Parameters:
+            inputs: The impacts, with the predictors that the model learned from.
+
+        Returns:
+            The prediction, and for each impact what of it lies outside the validity domain.
+
+        Raises:
+            ValueError: For inputs of other predictors.
+        """
         if inputs.predictors != self.predictors:
             wanted, given = (
                 [p.name for p in predictors] for predictors in (self.predictors, inputs.predictors)

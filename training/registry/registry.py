@@ -102,14 +102,24 @@ class Registry:
         ]
 
     def champion(self, predictor_set: str) -> Version | None:
-        """The version in use for impacts described by this predictor set, or None."""
+        """The version in use for impacts that a predictor set describes, or None.
+
+        Parameters:
+            predictor_set: The name of the predictor set, such as "hammer".
+        """
         served = (version for version in self.versions() if version.is_served)
         return next((version for version in served if version.champion_of == predictor_set), None)
 
     @patient
     def load(self, version: Version) -> RegisteredModel:
-        """The model of a version, from its files. Raises `ValueError` where they are gone or are
-        not those written."""
+        """The model of a version, from its files.
+
+        Parameters:
+            version: An entry of `versions()`.
+
+        Raises:
+            ValueError: Where its files are gone or are not those written.
+        """
         with self._model_of(version) as folder:
             model, written = read_model(folder, version.sha256)
         predictors, domain = read_about(written)
@@ -121,7 +131,11 @@ class Registry:
 
     @patient
     def held_out(self, version: Version) -> HeldOutPredictions:
-        """The held-out predictions that the version was judged by."""
+        """The held-out predictions that a version was judged by.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
+        """
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
             file = self._fetched(f"{uri}/{HELD_OUT}", room, version)
@@ -131,13 +145,21 @@ class Registry:
     @patient
     def fit_settings(self, version: Version) -> dict[str, SettingValue]:
         """What a version's training searched and found, by name; empty for a version of older
-        software."""
+        software.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
+        """
         with self.connection.client() as client:
             return fit_settings(client.get_run(version.run_id).data.params)
 
     @patient
     def fit_histories(self, version: Version) -> dict[str, list[tuple[int, float]]]:
-        """Losses and errors of a version's training: (step, value), the first step first."""
+        """Losses and errors of a version's training by name: (step, value), the first step first.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
+        """
         with self.connection.client() as client:
             data = client.get_run(version.run_id).data
             names = [
@@ -158,6 +180,9 @@ class Registry:
 
         Empty where nothing was searched, or older software trained the version, or its files are
         gone.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
         """
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
@@ -178,6 +203,9 @@ class Registry:
         """What is wrong with a version's files; None where they are those written.
 
         A server is only asked whether they are there: what it sends is checked when it is loaded.
+
+        Parameters:
+            version: An entry of `versions()`.
         """
         try:
             if self.place.is_server:
@@ -208,11 +236,19 @@ class Registry:
             )
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
-        """Log a finished training under the run `session`, and register its model: the very last
-        step.
+        """Log a finished training, and register its model: the very last step.
 
         Where MLflow's store is lost on the way, all of it is done again, unless the version is
         there.
+
+        Parameters:
+            trained: The model, its held-out predictions and their figures.
+            session: The id of the run that the training is logged under, from `open_session`; by
+                default there is none.
+
+        Returns:
+            The version. Where the same training was registered as judged on other splits, it is
+            that version with a further split.
         """
         begun: list[str] = []
 
@@ -270,7 +306,11 @@ class Registry:
     @patient
     def close_runs(self, versions: Iterable[Version]) -> None:
         """Close the runs that a kill left open though their models are registered: nothing was to
-        be done any more."""
+        be done any more.
+
+        Parameters:
+            versions: The registered versions whose runs are closed.
+        """
         ours = {version.run_id for version in versions}
         with self.connection.client() as client:
             for run in (
@@ -283,8 +323,15 @@ class Registry:
 
     @patient
     def open_session(self, dataset: DatasetName, seed: int) -> str:
-        """The run over all trainings of a dataset with a seed: the one begun earlier, or a new
-        one."""
+        """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one.
+
+        Parameters:
+            dataset: Name and hash of the pulses that are learned from.
+            seed: The seed of the trainings.
+
+        Returns:
+            The id of the run.
+        """
         with self.connection.client() as client:
             key = f"{dataset.hash} {seed}"
             runs = client.search_runs(
@@ -306,8 +353,13 @@ class Registry:
     def close_session(
         self, session: str, figures: Mapping[str, bytes], floors: Mapping[str, str]
     ) -> None:
-        """Log what stands over all trainings: figures by file name, and the floor (JSON) of each
-        split."""
+        """Log what stands over all trainings, and end their run.
+
+        Parameters:
+            session: The id of the run, from `open_session`.
+            figures: The content of pictures (PNG) by file name.
+            floors: The repeatability floor (JSON) of each split, from `floor_text`.
+        """
         with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
             for name, content in figures.items():
                 (Path(room) / name).write_bytes(content)
@@ -318,7 +370,12 @@ class Registry:
 
     @patient
     def floors(self, dataset_hash: str, seed: int) -> dict[str, str]:
-        """The repeatability floor (JSON) by split, of the trainings of a dataset with a seed."""
+        """The repeatability floor (JSON) by split, of the trainings of a dataset with a seed.
+
+        Parameters:
+            dataset_hash: The hash of the dataset.
+            seed: The seed of the trainings.
+        """
         if self.connection.nothing_there:
             return {}
         with self.connection.client() as client:
@@ -336,13 +393,21 @@ class Registry:
             yield
 
     def set_champion(self, version: Version) -> None:
-        """Make this version the only champion of its predictor set."""
+        """Make a version the only champion of its predictor set.
+
+        Parameters:
+            version: An entry of `versions()`.
+        """
         with self.connection.client() as client:
             crown(client, version, next_stamp(client))
 
     def delete(self, version: Version) -> None:
         """Take a version out of the registry with its files; its number is not given again. Within
-        `promoting`."""
+        `promoting`.
+
+        Parameters:
+            version: An entry of `versions()`.
+        """
         with self.connection.client() as client:
             number = str(version.version)
             model_id = client.get_model_version(version.name, number).model_id
@@ -362,6 +427,10 @@ class Registry:
         or nothing.
 
         Within `promoting`, after `settle`.
+
+        Parameters:
+            decision: The promotion or refusal.
+            candidate: The version that it is about.
         """
         with self.connection.client() as client:
             decide(client, self._experiment, decision, candidate)

@@ -81,10 +81,20 @@ class ForcePulse:
 
     @raises_library_errors
     def restitution(self, mass_kg: float, impact_velocity_m_s: float) -> float:
-        """P_r / P_c (Poisson, eq. 1.10) for the impactor's mass and velocity.
+        """The coefficient of restitution P_r / P_c of the pulse.
 
-        NaN where the impactor does not come to rest within the pulse. Raises `InvalidValueError`
-        for a mass or velocity that is not positive.
+        Parameters:
+            mass_kg: The mass of the impactor.
+            impact_velocity_m_s: The velocity of the impactor before the contact.
+
+        Returns:
+            The coefficient, NaN where the impactor does not come to rest within the pulse.
+
+        Raises:
+            InvalidValueError: For a mass or velocity that is not positive.
+
+        Source:
+            Poisson, eq. 1.10.
         """
         record = RecordedPulse(
             self.force_n[np.newaxis],
@@ -95,7 +105,11 @@ class ForcePulse:
         return float(poisson(record)[0])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The spline and its points over the time since first contact."""
+        """The spline and its points over the time since first contact.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -120,7 +134,15 @@ class ForcePulse:
 
 
 def read_pulse(session: Session, impact: int) -> ForcePulse:
-    """The pulse in use. Raises `LookupError` for an unknown impact, and for one without a pulse."""
+    """The pulse in use of an impact.
+
+    Parameters:
+        session: A session of the store.
+        impact: The key of the impact.
+
+    Raises:
+        LookupError: For an unknown impact, and for one without a pulse.
+    """
     get_impact(session, impact)
     row = session.scalars(
         select(Pulse).where(Pulse.impact_id == impact, Pulse.current)
@@ -179,8 +201,15 @@ class StoredChannel:
         return self[:]
 
     def between(self, start_s: float, stop_s: float) -> pd.Series[float]:
-        """The samples from `start_s` to `stop_s`, both included, over their time. Reads only
-        those."""
+        """The samples between two times, both included, over their time. Reads only those.
+
+        Parameters:
+            start_s: The first time, on the recording's clock.
+            stop_s: The last time.
+
+        Raises:
+            InvalidValueError: For times that do not rise.
+        """
         first, stop = self._span(start_s, stop_s)
         return self._series(first, stop)
 
@@ -197,11 +226,22 @@ class StoredChannel:
     def plot(
         self, ax: Axes | None = None, *, start_s: float | None = None, stop_s: float | None = None
     ) -> Axes:
-        """The channel, or the part between two times, over the time of the recording."""
+        """The channel, or the part between two times, over the time of the recording.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+            start_s: The first time, on the recording's clock; by default that of the first sample.
+            stop_s: The last time; by default that of the last sample.
+        """
         return plot_on(self.figure(start_s=start_s, stop_s=stop_s), ax)
 
     def figure(self, *, start_s: float | None = None, stop_s: float | None = None) -> Plot:
-        """The channel, or the part between two times, as a figure."""
+        """The channel, or the part between two times, as a figure.
+
+        Parameters:
+            start_s: The first time, on the recording's clock; by default that of the first sample.
+            stop_s: The last time; by default that of the last sample.
+        """
         first, stop = self._span(
             self.start_s if start_s is None else start_s, float("inf") if stop_s is None else stop_s
         )
@@ -224,7 +264,21 @@ class StoredChannel:
         rest: str | None = None,
         hit: int | str | None = None,
     ) -> pd.Series[float]:
-        """The maximax shock response spectrum of an acceleration, as `pyroshock.srs` gives it."""
+        """The maximax shock response spectrum of an acceleration, as `pyroshock.srs` gives it.
+
+        Parameters:
+            q: Q of the oscillators; by default 10.
+            frequencies: The lines in Hz, or "100:10000:6" for six lines an octave; by default six
+                an octave over what the record's length and rate allow.
+            rest: The zero of the record: "none" for zero as recorded, or "0ms:5ms" for the mean
+                between two times; by default the rest before the shock, where there is one.
+            hit: Of a record with several hits the number from 1, or "whole" for all of it; by
+                default the whole record, which may hold one hit only.
+
+        Raises:
+            InvalidValueError: For a channel that is no acceleration, and for what `pyroshock.srs`
+                refuses.
+        """
         from .spectra_service import srs
 
         if self.quantity != "acceleration":
@@ -317,12 +371,24 @@ class StoredRecording(Mapping[str, StoredChannel]):
         )
 
     def plot(self, *, start_s: float | None = None, stop_s: float | None = None) -> list[Axes]:
-        """Every channel in axes of its own, one below the other, with a common time."""
+        """Every channel in axes of its own, one below the other, with a common time.
+
+        Parameters:
+            start_s: The first time, on the recording's clock; by default that of the first sample.
+            stop_s: The last time; by default that of the last sample.
+        """
         return plot_rows(self.figure(start_s=start_s, stop_s=stop_s))
 
     def figure(self, *, start_s: float | None = None, stop_s: float | None = None) -> PlotGrid:
-        """Every channel, one below the other, as a figure. Raises `ValueError` for a recording
-        without channels."""
+        """Every channel, one below the other, as a figure.
+
+        Parameters:
+            start_s: The first time, on the recording's clock; by default that of the first sample.
+            stop_s: The last time; by default that of the last sample.
+
+        Raises:
+            ValueError: For a recording without channels.
+        """
         plots = [
             channel.figure(start_s=start_s, stop_s=stop_s) for channel in self._channels.values()
         ]
@@ -350,7 +416,16 @@ def impacts_frame(
     """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have
     is missing there.
 
-    Raises as `schema.listings.iter_impacts`.
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; by default the impacts of all campaigns.
+        conditions: What every row must fulfil; by default nothing.
+        limit: The largest number of rows; by default all.
+
+    Raises:
+        UnknownFieldError: For a condition on nothing known.
+        LookupError: For an unknown campaign.
+        ValueError: For a column that is compared with a word.
     """
     import pandas as pd
 
@@ -387,8 +462,15 @@ def impacts_frame(
 def with_absent_factors(
     session: Session, frame: pd.DataFrame, names: Iterable[str]
 ) -> pd.DataFrame:
-    """The frame with an empty column for each of `names` that is a factor of the store but of none
-    of its impacts."""
+    """The frame with an empty column for each factor that is one of the store but of none of its
+    impacts.
+
+    Parameters:
+        session: A session of the store.
+        frame: The impacts, as `impacts_frame` gives them.
+        names: Names of columns that are asked for; those that the frame has, and those that are no
+            factor of the store, change nothing.
+    """
     missing = set(names) - set(frame.columns)
     if not missing:
         return frame

@@ -193,10 +193,20 @@ def ingest_into(
     processes: int | None = None,
     dry_run: bool = False,
 ) -> IngestedCampaign:
-    """Read the campaign in `folder` into the store, link it to its plan, and look for facts that
-    training needs; for a dry run, `target` is the store of a rehearsal.
+    """Read a campaign folder into a store, link the campaign to its plan, and look for facts that
+    training needs.
 
-    Raises as `ingest.load.ingest_folder`.
+    Parameters:
+        target: The store; for a dry run, that of a rehearsal.
+        folder: The campaign folder.
+        request: How the folder is read: extraction, plan, and what is confirmed or read again.
+        progress: Receives the recordings done, their number and what is being done; by default
+            nobody is told.
+        processes: The number of processes that read and extract; by default as many as pay.
+        dry_run: Whether the result says that nothing was stored; by default False.
+
+    Raises:
+        IngestError: With nothing stored, for a campaign that is refused or holds nothing usable.
     """
     from ....ingest.load import ingest_folder
     from ....ingest.storing.plan_link import link_to_plan
@@ -219,7 +229,14 @@ def ingest_into(
 
 def add_plate_motion(speed: ImpactSpeed, force_n: Floats, plate: StruckPlate) -> ImpactSpeed:
     """A speed with its plate's motion, from the mobility of a plate without edges; its uncertainty
-    grows by it."""
+    grows by it.
+
+    Parameters:
+        speed: Velocity and uncertainty, integrated from the impactor's deceleration.
+        force_n: The force (p,) at equal phases of the contact.
+        plate: Elastic constants, density and thickness of the plate, and whether an anvil lies on
+            it.
+    """
     figures = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, plate.thickness_m)
     impedance = float(plate_impedance(*(np.array([value]) for value in figures))[0])
     velocity, uncertainty = with_plate_motion(
@@ -233,7 +250,12 @@ CHECK = "missing-facts"
 
 def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
     """A note in the form of an ingest's findings, of the predictors that ship for the campaign's
-    kind; none where nothing is missing."""
+    kind; none where nothing is missing.
+
+    Parameters:
+        store: The store of the campaign.
+        campaign: The name of the campaign.
+    """
     with store.reading() as session:
         words = missing_facts_words(
             session, session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
@@ -251,10 +273,25 @@ def training_notes(store: Store, campaign: str) -> list[dict[str, Any]]:
 def start_campaign(
     store: Store | None, folder: Path, start: str, plan: str | None, recordings: str | None
 ) -> NewFolder:
-    """Write campaign.toml and runs.csv into `folder`. Without a plan no `store` is needed.
+    """Write campaign.toml and runs.csv into a folder.
 
-    Raises `UnknownPlanError`, `IngestError`, `OSError`, and `ValueError` for a plan of another
-    kind.
+    Parameters:
+        store: The store of the plan; None is enough without a plan.
+        folder: The folder of the new campaign.
+        start: The kind of bench: "gun", "hammer" or "drop".
+        plan: The name of the plan whose open runs become rows; None for a row for each recording.
+        recordings: A pattern or a folder within `folder` where the recordings lie; None for the
+            whole folder, or, with a plan, for no recordings.
+
+    Returns:
+        The content of both files, and notes on recordings that were left out.
+
+    Raises:
+        UnknownPlanError: For a plan that the store has not.
+        IngestError: Where nothing is found to begin with, where the numbers of recordings and rows
+            do not agree, and where one of the files is there already.
+        OSError: Where the files cannot be written.
+        ValueError: For a plan of another kind or without an open run.
     """
     rows = planned_rows(store, plan, start) if store is not None and plan is not None else []
     new = start_folder(folder, start, recordings, rows)
@@ -266,7 +303,14 @@ def planned_rows(store: Store, name: str, start: str) -> list[dict[str, str]]:
     """A row of runs.csv for each missing repetition of the plan's open runs, in their order, with
     factors and settings.
 
-    Raises `UnknownPlanError`, and `ValueError` for a plan of another kind or without an open run.
+    Parameters:
+        store: The store of the plan.
+        name: The name of the plan.
+        start: The kind of bench of the campaign: "gun", "hammer" or "drop".
+
+    Raises:
+        UnknownPlanError: For a plan that the store has not.
+        ValueError: For a plan of another kind or without an open run.
     """
     with store.reading() as session:
         plan = read_plan(session, name)

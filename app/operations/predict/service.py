@@ -63,7 +63,13 @@ class PredictedNumber:
 
     @classmethod
     def of(cls, name: str, quantity: Quantity, unit: str) -> PredictedNumber:
-        """From the twin's quantity."""
+        """A number from the twin's quantity.
+
+        Parameters:
+            name: What the number is, in words, such as "peak force".
+            quantity: Mean and 90 % band, as the twin predicts them.
+            unit: The unit of mean and band, such as "N".
+        """
         return cls(name, quantity.mean, *quantity.ci90, unit)
 
     @property
@@ -76,7 +82,11 @@ class PredictedNumber:
         return frame_of([self._row()])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """The mean and its band."""
+        """The mean and its band.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -129,8 +139,12 @@ class PredictedSeries:
         return frame
 
     def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
-        """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to
-        `Axes.plot`."""
+        """The mean as a line, the band filled; a spectrum on logarithmic axes.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+            line: Properties of the line of the mean, as `Axes.plot` takes them.
+        """
         axes = axes_or_new(ax)
         _, (mean, *_) = draw_plot(self.figure(), axes)
         mean.set(**{"label": self.name, **line})
@@ -221,7 +235,14 @@ class SensorSeries(Mapping[str, PredictedSeries]):
         return frame
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """All sensors in one pair of axes."""
+        """All sensors in one pair of axes.
+
+        Parameters:
+            ax: The axes to draw on; by default new ones.
+
+        Raises:
+            NotFoundError: For a twin without a plate.
+        """
         return plot_on(self.figure(), ax)
 
     def figure(self) -> Plot:
@@ -431,10 +452,15 @@ _RUN_COLUMNS = {*FIELDS, *_IN_SI, "plate_material"}
 
 
 def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
-    """A shot for each row; an empty cell is not given.
+    """A shot for each row of a frame.
 
-    Raises `ValueError` that says the row for what `predict` refuses, and for a column that is no
-    argument.
+    Parameters:
+        shots: A DataFrame with a shot in each row. Its columns are arguments of `predict`, or those
+            of a table of runs, in its units or in SI. An empty cell is not given.
+
+    Raises:
+        ValueError: For what `predict` refuses, with the row; for a column that is no argument, and
+            for no row.
     """
     if not len(shots):
         raise ValueError("shots has no row to predict")
