@@ -103,7 +103,7 @@ WITHOUT = {
     "files": 23,
     "parallel": 0,
     "signals": 20,
-    "ingest": 94,
+    "ingest": 0,
     "doe": 89,
     "dataset": 46,
     "training": 138,
