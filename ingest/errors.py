@@ -45,7 +45,13 @@ class Faults:
     def attempt(
         self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Result | None:
-        """What `read` gives; None where it is refused, and its faults are kept."""
+        """What a reading gives; None where it is refused, and its faults are kept.
+
+        Parameters:
+            read: The function that reads. It raises `IngestError` for what it refuses.
+            args: Positional arguments of this function.
+            kwargs: Keyword arguments of this function.
+        """
         try:
             return read(*args, **kwargs)
         except IngestError as error:
@@ -55,11 +61,21 @@ class Faults:
     def of(
         self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Result:
-        """`attempt` for a part of something larger, which nobody may use before `refuse`."""
+        """`attempt` for a part of something larger, which nobody may use before `refuse`.
+
+        Parameters:
+            read: The function that reads. It raises `IngestError` for what it refuses.
+            args: Positional arguments of this function.
+            kwargs: Keyword arguments of this function.
+        """
         return cast(Result, self.attempt(read, *args, **kwargs))
 
     def add(self, faults: Iterable[str]) -> None:
-        """Keep these; one that two readers meet counts once."""
+        """Keep faults; one that two readers meet counts once.
+
+        Parameters:
+            faults: One line for each fault.
+        """
         self._faults |= dict.fromkeys(faults)
 
     def __bool__(self) -> bool:
@@ -76,7 +92,14 @@ LONGEST_NAME = 500
 
 
 def printable(value: object) -> str:
-    """A value for a message, shortened."""
+    """A value for a message, shortened.
+
+    Parameters:
+        value: Anything that a file held.
+
+    Returns:
+        The value as Python writes it, with at most 100 characters and an ellipsis.
+    """
     try:
         text = repr(value)
     except ValueError:  # Python writes no whole number of more than 4300 digits
@@ -85,8 +108,15 @@ def printable(value: object) -> str:
 
 
 def parse_date(value: object, expected: str) -> dt.date:
-    """A day that TOML holds as a date, a time or a text. Raises `ValueError` with the value and
-    what was expected."""
+    """A day that TOML holds as a date, a time or a text.
+
+    Parameters:
+        value: The value that TOML gave. A text is a date of ISO 8601, such as 2026-11-01.
+        expected: What the message says that was expected.
+
+    Raises:
+        ValueError: For anything else, with the value and what was expected.
+    """
     if isinstance(value, dt.datetime):
         return value.date()
     if isinstance(value, dt.date):
@@ -98,8 +128,13 @@ def parse_date(value: object, expected: str) -> dt.date:
 
 
 def difference(name: str, given: str | None, stored: str | None) -> str:
-    """How a message tells what a folder says and what the store holds; None where one of them says
-    nothing."""
+    """How a message tells what a folder says and what the store holds.
+
+    Parameters:
+        name: What the two differ in, such as a key of campaign.toml.
+        given: The value of the folder; None where it says nothing.
+        stored: The value of the store; None where it says nothing.
+    """
     absent = "not given"
     return (
         f"{name} is {absent if given is None else given}, "
@@ -108,5 +143,9 @@ def difference(name: str, given: str | None, stored: str | None) -> str:
 
 
 def enumerated(names: Sequence[str]) -> str:
-    """Names one after another; of more than five the first, and how many more there are."""
+    """Names one after another; of more than five the first, and how many more there are.
+
+    Parameters:
+        names: The names, in the order in which they are told.
+    """
     return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")

@@ -51,10 +51,14 @@ class AddressError(ValueError):
 
 
 def parse_store_address(address: str) -> URL:
-    """The parts of a store's address: a server's address, `sqlite:///FILE`, or the path of a file
-    alone.
+    """The parts of a store's address.
 
-    Raises `AddressError`, also for a store in memory, which would be gone when the command ends.
+    Parameters:
+        address: A server's address, `sqlite:///FILE`, or the path of a file alone.
+
+    Raises:
+        AddressError: For an address that cannot be read, also for a store in memory, which would be
+            gone when the command ends.
     """
     from sqlalchemy import URL
 
@@ -65,8 +69,12 @@ def parse_store_address(address: str) -> URL:
 def sqlite_file(address: str) -> str | None:
     """The path of an SQLite store; None for what may be a server's address.
 
-    It is taken sign for sign: `%20`, `?` and `#` belong to it. Raises `AddressError` as
-    `parse_store_address`.
+    Parameters:
+        address: The address of a store. The path in it is taken sign for sign: `%20`, `?` and `#`
+            belong to it.
+
+    Raises:
+        AddressError: As `parse_store_address`.
     """
     scheme = _SQLITE.match(address)
     if scheme is None:
@@ -104,7 +112,14 @@ def _file_path(path: str, address: str) -> str:
 
 
 def parse_address(address: str) -> URL:
-    """The parts of a database's address. Raises `AddressError`."""
+    """The parts of a database's address.
+
+    Parameters:
+        address: The address as SQLAlchemy spells it. An @ within its password is written as %40.
+
+    Raises:
+        AddressError: For an address that cannot be read; the message shows it without its password.
+    """
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError
 
@@ -123,8 +138,12 @@ def parse_address(address: str) -> URL:
 
 
 def address_for_display(address: str | URL) -> str:
-    """An address for people, as typed where it holds no secret; an unreadable one keeps what
-    follows its last @."""
+    """An address for people, as typed where it holds no secret.
+
+    Parameters:
+        address: The address of a store or a server, as text or as SQLAlchemy parses it. An
+            unreadable one keeps what follows its last @.
+    """
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError
 
@@ -148,7 +167,11 @@ def _rendered(url: URL) -> str:
 
 def without_secrets(text: str) -> str:
     """A text with `***` for the passwords of addresses and the values of `password=` and `token=`
-    in it."""
+    in it.
+
+    Parameters:
+        text: Any text, such as a message or an address.
+    """
     login = rf"\1:{HIDDEN}@"
     for pattern, replacement in (
         (_LOGIN, login),

@@ -145,13 +145,24 @@ class MaterialAlias(HasId, WithProvenance, Base):
 
 
 def material_id(session: Session, name: str) -> int:
-    """Key of the material with the store's own `name`. Raises `NoResultFound` where there is
-    none."""
+    """Key of a material.
+
+    Parameters:
+        session: A session of the store.
+        name: The store's own name of the material, not an alias.
+
+    Raises:
+        NoResultFound: Where there is no such material.
+    """
     return session.scalars(select(Material.id).where(Material.name == name)).one()
 
 
 def material_names(session: Session) -> MaterialNames:
-    """A reader of material names: any case, any alias; None for an unknown one."""
+    """A reader of material names: any case, any alias; None for an unknown one.
+
+    Parameters:
+        session: A session of the store, which is read once.
+    """
     material_names = [(name, name) for name in session.scalars(select(Material.name))]
     aliases = session.execute(
         select(MaterialAlias.alias, Material.name).join(Material.aliases)

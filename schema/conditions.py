@@ -42,18 +42,28 @@ class KeySpan:
     last: int
 
     def beyond(self, key: int | None) -> KeySpan:
-        """The part after `key`; all where it is None."""
+        """The part of the span after a key.
+
+        Parameters:
+            key: The last key that is left out; None leaves out none.
+        """
         return self if key is None else KeySpan(max(self.first, key + 1), self.last)
 
 
 def span_of(
     session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None
 ) -> KeySpan:
-    """Where rows of a campaign (None: all) with one of `configurations` (None: any) can lie.
+    """Where rows of a campaign with one of some configurations can lie.
 
     Two look-ups in an index for each configuration: asked for the least key of many, a database
     reads them all. And each in a query of its own within the one that is sent: of two in one, a
     database reads the whole table.
+
+    Parameters:
+        session: A session of the store.
+        table: The class of the rows, `Impact` or `Shot`.
+        campaign_id: The key of the campaign; None for all campaigns.
+        configurations: The keys of the configurations; None for any.
     """
     ends = [select(f(table.id)) for f in (func.min, func.max)]
     if campaign_id is not None:
@@ -80,8 +90,15 @@ def _span(first: int | None, last: int | None) -> KeySpan:
 def iter_pages(
     session: Session, query: Select[Any], key: Any, span: KeySpan, page: int
 ) -> Iterator[list[dict[str, Any]]]:
-    """The query's rows in order of `key` (its column "id"), at most `page` at a time; no page is
-    empty."""
+    """The query's rows in order of their key, a page at a time; no page is empty.
+
+    Parameters:
+        session: A session of the store.
+        query: The select of the rows, without an order. It has the key as its column "id".
+        key: The column of the key.
+        span: The keys between which rows are looked for.
+        page: The largest number of rows of a page. The first pages are smaller.
+    """
     limit = min(_FIRST_ROWS, page)
     after, width = span.first - 1, 2 * limit
     while after < span.last:
@@ -183,7 +200,22 @@ def restricted(
     campaign: str | None,
     where: tuple[Condition, ...],
 ) -> tuple[Select[Any], KeySpan]:
-    """`query` under a campaign and conditions, and where its rows lie."""
+    """A query under a campaign and conditions, and the span of keys in which its rows lie.
+
+    Parameters:
+        session: A session of the store.
+        query: The select of the rows.
+        table: The class of the rows, `Impact` or `Shot`.
+        columns: The columns of the listing by name, such as `IMPACT_COLUMNS`.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+
+    Raises:
+        UnknownFieldError: For a condition on neither a column nor a factor.
+        ConditionError: For a column that is compared with a word, an operator other than = and !=
+            for `quality` or `campaign`, and an unknown quality.
+        LookupError: For an unknown campaign.
+    """
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
         query = query.where(table.campaign_id == campaign_id)
@@ -267,12 +299,21 @@ def _refuse_word(condition: Condition) -> None:
 
 
 def has_campaign(session: Session, name: str) -> bool:
-    """Whether the store has a campaign of this name."""
+    """Whether the store has a campaign of this name.
+
+    Parameters:
+        session: A session of the store.
+        name: The name of the campaign.
+    """
     return session.scalar(select(Campaign.id).where(Campaign.name == name)) is not None
 
 
 def list_campaign_names(session: Session) -> list[str]:
-    """Names of the newest 500 campaigns."""
+    """Names of the newest 500 campaigns.
+
+    Parameters:
+        session: A session of the store.
+    """
     return list(
         session.scalars(
             select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name).limit(500)
@@ -281,7 +322,15 @@ def list_campaign_names(session: Session) -> list[str]:
 
 
 def get_campaign_id(session: Session, name: str) -> int:
-    """Key of a campaign; `LookupError` naming those there are otherwise."""
+    """Key of a campaign.
+
+    Parameters:
+        session: A session of the store.
+        name: The name of the campaign.
+
+    Raises:
+        LookupError: For an unknown campaign; the message names those there are.
+    """
     key = session.scalar(select(Campaign.id).where(Campaign.name == name))
     if key is None:
         campaign_names = (
@@ -321,8 +370,16 @@ def _matching_configurations(
 
 
 def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:
-    """Key of a factor by its name or its listing's key; `UnknownFieldError` naming those there are,
-    and `columns`."""
+    """Key of a factor.
+
+    Parameters:
+        session: A session of the store.
+        field: The name of the factor, or its `listing_key`.
+        columns: Names of columns that the message of the error lists as well; by default none.
+
+    Raises:
+        UnknownFieldError: For an unknown factor; the message names those there are, and `columns`.
+    """
     known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
     factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
     factors |= {name: key for key, name, _ in known_factors}
@@ -333,5 +390,10 @@ def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -
 
 
 def listing_key(name: str, si_unit: str | None) -> str:
-    """The key under which a factor appears in a listing: `tip_radius` in `m` is `tip_radius_m`."""
+    """The key under which a factor appears in a listing: `tip_radius` in `m` is `tip_radius_m`.
+
+    Parameters:
+        name: The name of the factor as it is stored.
+        si_unit: Its SI unit; None for a factor whose levels are words or numbers without a unit.
+    """
     return f"{name}_{si_unit.replace('/', '_').lower()}" if si_unit else name

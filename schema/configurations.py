@@ -18,21 +18,33 @@ from .transactions import add_or_get, fingerprint_of
 
 def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
     """Hash of a combination of levels; the same combination has the same, whoever plans or records
-    it."""
+    it.
+
+    Parameters:
+        levels: A level of each factor, in any order.
+    """
     return fingerprint_of(sorted([level.factor, level.label] for level in levels))
 
 
 def configuration_id(session: Session, levels: Sequence[RunLevel]) -> int:
-    """Key of the configuration with these levels, made of known factors and levels where it is
-    new."""
+    """Key of a configuration, made of known factors and levels where it is new.
+
+    Parameters:
+        session: A session that writes to the store.
+        levels: A level of each factor, in any order.
+    """
     return configuration_ids(session, [levels])[0]
 
 
 def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel]]) -> list[int]:
-    """`configuration_id` of each, in their order.
+    """`configuration_id` of each combination, in their order.
 
     What is new is added in one order, whoever adds it: of two transactions that add the same rows,
     one waits for the other, and never both. So a transaction asks once, for all that it needs.
+
+    Parameters:
+        session: A session that writes to the store.
+        combinations: The levels of each configuration.
     """
     prints = [configuration_fingerprint(levels) for levels in combinations]
     of_print = dict(zip(prints, combinations, strict=True))
@@ -51,7 +63,12 @@ def configuration_factors(
     session: Session, keys: Sequence[int]
 ) -> dict[int, dict[str, str | float]]:
     """Factors of each configuration by its key, in the order of the factors: a number in SI where
-    the level is one."""
+    the level is one.
+
+    Parameters:
+        session: A session of the store.
+        keys: The keys of the configurations.
+    """
     factors: dict[int, dict[str, str | float]] = {key: {} for key in keys}
     for row in iter_levels(session, keys):
         factors[row.configuration][row.factor] = row.level
@@ -69,7 +86,12 @@ class ConfigurationFactor(NamedTuple):
 
 
 def iter_levels(session: Session, keys: Sequence[int]) -> Iterator[ConfigurationFactor]:
-    """All factors of these configurations, those of one in the order of the factors."""
+    """All factors of some configurations, those of one in the order of the factors.
+
+    Parameters:
+        session: A session of the store.
+        keys: The keys of the configurations.
+    """
     columns = (ConfigurationLevel.configuration_id, Factor.name, Factor.si_unit)
     query = (
         select(*columns, FactorLevel.id, FactorLevel.label, FactorLevel.number)
@@ -86,7 +108,13 @@ def iter_levels(session: Session, keys: Sequence[int]) -> Iterator[Configuration
 
 
 def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
-    """Keys of the stored configurations among these, by fingerprint."""
+    """Keys of the stored configurations, by fingerprint.
+
+    Parameters:
+        session: A session of the store.
+        fingerprints: The hashes that are looked for, as `configuration_fingerprint` gives them.
+            Those that are not stored are left out.
+    """
     query = select(Configuration.fingerprint, Configuration.id)
     existing: dict[str, int] = {}
     for some in in_batches(fingerprints):

@@ -70,13 +70,24 @@ class StoreVersionError(StoreError):
 
 
 def describe(engine: Engine) -> str:
-    """The store's address without its password."""
+    """The store's address without its password.
+
+    Parameters:
+        engine: The engine of the store.
+    """
     return address_for_display(engine.url)
 
 
 def first_line(error: DBAPIError) -> str:
     """What the driver said, without what it goes on to tell of itself; and what to do where a disk
-    is full."""
+    is full.
+
+    Parameters:
+        error: An error of the database, as SQLAlchemy raises it.
+
+    Returns:
+        One line, with `***` in the place of passwords and tokens.
+    """
     lines = str(error.orig).strip().splitlines()
     line = without_secrets(lines[0]) if lines else type(error.orig).__name__
     return f"{line}; {MAKE_ROOM}" if _had_no_room(error.orig) else line
@@ -84,7 +95,11 @@ def first_line(error: DBAPIError) -> str:
 
 def disk_is_full(error: BaseException | None) -> bool:
     """Whether a system, SQLite or a PostgreSQL server had no room for what was to be written, and
-    this came of it."""
+    this came of it.
+
+    Parameters:
+        error: The error that was raised; those that caused it are looked at too. None gives False.
+    """
     while error is not None:
         if _had_no_room(error) or _had_no_room(getattr(error, "orig", None)):
             return True
@@ -103,8 +118,16 @@ def _had_no_room(error: BaseException | None) -> bool:
 
 
 def make_engine(url: str) -> Engine:
-    """An engine with the rules that the store relies on. Raises `StoreError` for an unusable
-    address."""
+    """An engine with the rules that the store relies on.
+
+    Parameters:
+        url: The address of the store: the path of an SQLite file, with or without `sqlite:///`, or
+            a PostgreSQL address as SQLAlchemy spells it.
+
+    Raises:
+        StoreError: For an unusable address, such as one that cannot be read, a folder that does not
+            exist, or a database whose driver is not installed.
+    """
     try:
         parsed = parse_store_address(url)
     except AddressError as error:
@@ -138,7 +161,14 @@ def make_memory_engine() -> Engine:
 
 def one_state(engine: Engine) -> dict[str, Any]:
     """Options of a transaction that only reads: it sees one state throughout, as SQLite's do by
-    themselves."""
+    themselves.
+
+    Parameters:
+        engine: The engine of the store.
+
+    Returns:
+        Execution options of SQLAlchemy for a connection; none for SQLite.
+    """
     if engine.dialect.name == "sqlite":
         return {}
     return {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
@@ -225,7 +255,15 @@ def _write_ahead(cursor: sqlite3.Cursor) -> None:
 
 
 def make_engine_of_existing(url: str) -> Engine:
-    """`make_engine`, refusing a missing SQLite file (which SQLite would silently create)."""
+    """`make_engine`, refusing a missing SQLite file (which SQLite would silently create).
+
+    Parameters:
+        url: The address of the store, as `make_engine` takes it.
+
+    Raises:
+        NoStoreError: Where the SQLite file does not exist.
+        StoreError: As `make_engine`.
+    """
     engine = make_engine(url)
     if engine.dialect.name == "sqlite" and not Path(engine.url.database or "").exists():
         raise no_store(engine, url)
@@ -233,7 +271,12 @@ def make_engine_of_existing(url: str) -> Engine:
 
 
 def no_store(engine: Engine, url: str) -> NoStoreError:
-    """What to raise where an address leads to no store."""
+    """What to raise where an address leads to no store.
+
+    Parameters:
+        engine: The engine of the address; the message describes it.
+        url: The address as it was given, for the command that makes a store there.
+    """
     return NoStoreError(
         f"no store at {describe(engine)}; make one with: pyroshock init --db "
         f"{address_for_display(url)}"

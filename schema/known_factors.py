@@ -56,7 +56,11 @@ class KnownFactor:
         )
 
     def allows(self, number: float) -> bool:
-        """Whether a number in the column's unit may stand in it."""
+        """Whether a number may stand in the column.
+
+        Parameters:
+            number: The number of a cell, in the unit of the column.
+        """
         if self.step is not None:
             return abs(number / self.step - round(number / self.step)) < 1e-6
         return number > 0 or not self.above_zero
@@ -82,13 +86,22 @@ BY_NAME = {factor.name: factor for factor in KNOWN_FACTORS}
 
 
 def column_of(factor: str) -> tuple[str, float]:
-    """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5)."""
+    """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5).
+
+    Parameters:
+        factor: The name of the factor as it is stored. A free factor keeps its name, with 1 as its
+            unit.
+    """
     column = BY_NAME.get(factor)
     return (column.column, column.scale) if column else (factor, 1.0)
 
 
 def level_label(number: float) -> str:
-    """The shortest text of a number that reads back as it: levels are compared by it."""
+    """The shortest text of a number that reads back as it: levels are compared by it.
+
+    Parameters:
+        number: The level, in SI where its factor has a unit. It is rounded to twelve digits.
+    """
     return repr(float(f"{number:.12g}"))
 
 
@@ -112,8 +125,16 @@ class RunLevel:
 
 
 def level_of(column: str, text: str, materials: MaterialNames) -> RunLevel:
-    """The level that a cell states. Raises `LevelError` where a known column holds something
-    else."""
+    """The level that a cell states.
+
+    Parameters:
+        column: The column of the table of runs. A column without a known meaning is a free factor.
+        text: What the cell holds.
+        materials: A reader of material names, such as `material_names` gives.
+
+    Raises:
+        LevelError: Where a known column holds something else, or a number can be read in two ways.
+    """
     factor = BY_COLUMN.get(column)
     if factor is None:
         return _free_level(column, text)

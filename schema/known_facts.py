@@ -86,7 +86,11 @@ class KnownFact:
 
 
 def facts_to_json(facts: Iterable[KnownFact]) -> dict[str, Any]:
-    """As the row of a campaign keeps them: by name."""
+    """As the row of a campaign keeps them: by name.
+
+    Parameters:
+        facts: The facts, in any order.
+    """
     return {
         fact.name: {
             "value": fact.value,
@@ -99,7 +103,11 @@ def facts_to_json(facts: Iterable[KnownFact]) -> dict[str, Any]:
 
 
 def facts_from_json(table: Mapping[str, Any] | None) -> tuple[KnownFact, ...]:
-    """The inverse of `facts_to_json`; () for None."""
+    """The inverse of `facts_to_json`.
+
+    Parameters:
+        table: The facts by name; None holds no fact.
+    """
     return tuple(
         KnownFact(
             name,
@@ -113,7 +121,11 @@ def facts_from_json(table: Mapping[str, Any] | None) -> tuple[KnownFact, ...]:
 
 
 def are_facts(value: Any) -> bool:
-    """Whether a stored JSON value has the form of `facts_to_json`."""
+    """Whether a stored JSON value has the form of `facts_to_json`.
+
+    Parameters:
+        value: The value, of any form.
+    """
     try:
         return isinstance(value, dict) and facts_to_json(facts_from_json(value)) == value
     except (

@@ -44,8 +44,16 @@ PAGE = 2000
 
 
 def list_campaigns(session: Session) -> list[dict[str, Any]]:
-    """Every campaign with its counts; `planned` and `done` are runs of the plans that it works
-    off."""
+    """Every campaign with its counts.
+
+    Parameters:
+        session: A session of the store.
+
+    Returns:
+        A row for each campaign, by date and name, with `name`, `kind`, `date` (ISO 8601), the
+        numbers of its `impacts` and `shots`, and `planned` and `done`, which are runs of the plans
+        that it works off.
+    """
     impacts = _count_by_campaign(session, Impact)
     shots = _count_by_campaign(session, Shot)
     plans = list_plan_counts(session)
@@ -74,8 +82,16 @@ def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> di
 def list_plan_counts(
     session: Session, campaigns: list[int] | None = None
 ) -> dict[int, tuple[int, int]]:
-    """Runs, and those that are done, of the plans that campaigns work off: by key, of all or of
-    `campaigns`."""
+    """Runs, and those that are done, of the plans that campaigns work off.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The keys of the campaigns; by default (None) all.
+
+    Returns:
+        The numbers of planned and of done runs by the campaign's key, for the campaigns that work
+        off a plan.
+    """
     counts: dict[int, tuple[int, int]] = {}
     for table in (Impact, Shot):
         touched = (
@@ -102,10 +118,19 @@ def iter_impacts(
     after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
     """Impacts in order of their key, factors included, with the numbers of the pulse in use and
-    those of the acceleration channel with the largest peak; those beyond key `after`.
+    those of the acceleration channel with the largest peak.
 
-    Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown
-    campaign, `ValueError` for a column that is compared with a word.
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; by default (None) all campaigns.
+        where: Conditions, all of which a row must meet; by default none.
+        page: The largest number of rows that are fetched at a time; by default `PAGE`.
+        after: The key beyond which rows are listed; by default (None) from the first.
+
+    Raises:
+        UnknownFieldError: For a condition on nothing known.
+        LookupError: For an unknown campaign.
+        ValueError: For a column that is compared with a word.
     """
     query, span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
     yield from _impact_rows(
@@ -160,7 +185,20 @@ def iter_shots(
     page: int = PAGE,
     after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Shots in order of their key, those beyond key `after`. Raises as `iter_impacts`."""
+    """Shots in order of their key.
+
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; by default (None) all campaigns.
+        where: Conditions, all of which a row must meet; by default none.
+        page: The largest number of rows that are fetched at a time; by default `PAGE`.
+        after: The key beyond which rows are listed; by default (None) from the first.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: As `iter_impacts`.
+    """
     columns = (
         Campaign.name.label("campaign"),
         *_labelled(SHOT_COLUMNS),
@@ -185,10 +223,25 @@ def list_impacts_sorted(
     offset: int = 0,
     limit: int = 100,
 ) -> tuple[Rows, bool]:
-    """`limit` impacts in order of a column of the listing or of a factor, and whether more follow.
+    """Impacts in order of a column of the listing or of a factor. Impacts without a value come
+    last; equal ones are in order of their key.
 
-    Impacts without a value come last; equal ones are in order of their key. Raises as
-    `iter_impacts`, and `UnknownFieldError` for a column that there is not.
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+        column: The column of the order, or a factor by its name or by its `listing_key`.
+        descending: Whether the largest value comes first; by default the smallest does.
+        offset: The number of rows that are passed over first; by default none.
+        limit: The largest number of rows, 1 or more; by default 100.
+
+    Returns:
+        At most `limit` rows as `iter_impacts` gives them, and whether more follow.
+
+    Raises:
+        UnknownFieldError: For a column that there is not, and as `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: For a limit below 1, and as `iter_impacts`.
     """
     _check_limit(limit)
     query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
@@ -244,8 +297,16 @@ def _quality_rank() -> Any:
 
 
 def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, list[float | str]]:
-    """Levels that the store has of each factor, by its key in a listing; without factors of more or
-    fewer levels."""
+    """Levels that the store has of each factor, by its key in a listing.
+
+    Parameters:
+        session: A session of the store.
+        most: The largest number of levels, by default 60; a factor of more is left out.
+        fewest: The smallest number of levels, by default 2; a factor of fewer is left out.
+
+    Returns:
+        The levels of each factor, numbers in SI or words.
+    """
     query = select(Factor.name, Factor.si_unit, FactorLevel.number, FactorLevel.label)
     query = query.join(FactorLevel, FactorLevel.factor_id == Factor.id).order_by(
         Factor.id, FactorLevel.number, FactorLevel.label
@@ -259,8 +320,15 @@ def list_levels(session: Session, most: int = 60, fewest: int = 2) -> dict[str, 
 
 
 def list_thumbnails(session: Session, impacts: Sequence[int]) -> dict[int, list[float]]:
-    """The 20 forces (N) of the pulse in use of each of these impacts; none for one without a
-    pulse."""
+    """The 20 forces (N) of the pulse in use of each impact.
+
+    Parameters:
+        session: A session of the store.
+        impacts: The keys of the impacts.
+
+    Returns:
+        The forces by the key of the impact; none for one without a pulse.
+    """
     query = select(Pulse.impact_id, Pulse.force_points_n).where(
         Pulse.impact_id.in_(impacts), Pulse.current
     )
@@ -274,11 +342,23 @@ def list_impacts_page(
     after: int | None,
     limit: int,
 ) -> tuple[Rows, int | None]:
-    """At most `limit` impacts beyond key `after` (None: from the first), and the key that the next
-    page goes on from.
+    """One page of the listing of impacts.
 
-    That key is None on the last page. Raises as `iter_impacts`, and `ValueError` for a limit below
-    1.
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+        after: The key beyond which the page begins; None from the first.
+        limit: The largest number of rows, 1 or more.
+
+    Returns:
+        At most `limit` rows as `iter_impacts` gives them, and the key that the next page goes on
+        from; None on the last page.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: For a limit below 1, and as `iter_impacts`.
     """
     _check_limit(limit)
     return _page(iter_impacts(session, campaign, where, limit + 1, after), limit)
@@ -291,7 +371,24 @@ def list_shots_page(
     after: int | None,
     limit: int,
 ) -> tuple[Rows, int | None]:
-    """The same of shots."""
+    """One page of the listing of shots.
+
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+        after: The key beyond which the page begins; None from the first.
+        limit: The largest number of rows, 1 or more.
+
+    Returns:
+        At most `limit` rows as `iter_shots` gives them, and the key that the next page goes on
+        from; None on the last page.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: For a limit below 1, and as `iter_impacts`.
+    """
     _check_limit(limit)
     return _page(iter_shots(session, campaign, where, limit + 1, after), limit)
 
@@ -367,10 +464,19 @@ __all__ = [
 def list_pulse_keys(
     session: Session, campaign: str | None, where: tuple[Condition, ...], most: int
 ) -> tuple[list[int], int]:
-    """Keys of the pulses in use of the impacts that match, at most `most`, and how many match.
+    """Keys of the pulses in use of the impacts that match, and how many match.
 
-    Where there are more, the database takes them evenly over the order of impacts, the first one
-    included. Raises as `iter_impacts`, and `ValueError` for fewer than one.
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which an impact must meet.
+        most: The largest number of keys, 1 or more. Where more match, the database takes them
+            evenly over the order of impacts, the first one included.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: For fewer than one, and as `iter_impacts`.
     """
     if most < 1:
         raise ValueError(f"most is {most!r}; expected 1 or more pulses")

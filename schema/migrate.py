@@ -29,8 +29,12 @@ MIGRATION_LOCK = 0x5EED
 
 
 def config(engine: Engine | None = None) -> Config:
-    """Alembic's configuration, without a file: the scripts lie in `migrations/` beside this
-    module."""
+    """Alembic's configuration, without a file: the scripts lie in `migrations/` beside this module.
+
+    Parameters:
+        engine: The engine of the store that is moved; by default none, for what only reads the
+            scripts.
+    """
     from alembic.config import Config
 
     settings = Config()
@@ -57,7 +61,14 @@ def known_revisions() -> tuple[str, ...]:
 
 
 def current_revision(engine: Engine) -> str | None:
-    """Where the store stands; None for an empty place."""
+    """Where the store stands.
+
+    Parameters:
+        engine: The engine of the store.
+
+    Returns:
+        The revision of the tables; None for an empty place.
+    """
     with engine.connect() as connection:
         if not inspect(connection).has_table("alembic_version"):
             return None
@@ -65,7 +76,15 @@ def current_revision(engine: Engine) -> str | None:
 
 
 def upgrade(engine: Engine, revision: str = "head") -> None:
-    """Move the store up to `revision`, in one transaction."""
+    """Move the store up, in one transaction.
+
+    Parameters:
+        engine: The engine of the store.
+        revision: The revision at which the move ends; by default the newest.
+
+    Raises:
+        StoreError: Where the database refuses, above all because the login is not the owner's.
+    """
     from alembic import command
 
     with _database_errors(engine):
@@ -73,8 +92,11 @@ def upgrade(engine: Engine, revision: str = "head") -> None:
 
 
 def make_within(connection: Connection) -> None:
-    """Make the tables in an empty place, as a part of the transaction that is open on
-    `connection`."""
+    """Make the tables in an empty place, as a part of a transaction.
+
+    Parameters:
+        connection: A connection on which the transaction is open.
+    """
     from alembic import command
 
     settings = config()
@@ -83,7 +105,13 @@ def make_within(connection: Connection) -> None:
 
 
 def version_error(place: str, address: str, revision: str) -> StoreVersionError:
-    """Of a store of another version of this software, `place`, at `address`: what is to be done."""
+    """The error of a store of another version of this software: what is to be done.
+
+    Parameters:
+        place: The store as the message names it.
+        address: The store's address as the command that mends it takes it.
+        revision: The revision that the store has.
+    """
     printable = revision if revision.isalnum() else repr(revision)
     subject, first = f"{place} is at revision {printable:.40}", known_revisions()[0]
     if revision in known_revisions():
@@ -111,7 +139,11 @@ def _database_errors(engine: Engine) -> Iterator[None]:
 
 def differences(engine: Engine) -> list[object]:
     """What Alembic would still have to change for the tables to be the models': empty when they
-    agree."""
+    agree.
+
+    Parameters:
+        engine: The engine of the store.
+    """
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
 

@@ -91,12 +91,23 @@ class SeriesError(ValueError):
 
 
 def layout_of(row: RecordedChannel) -> SeriesLayout:
-    """The layout that a channel's row tells."""
+    """The layout that a channel's row tells.
+
+    Parameters:
+        row: The row of the stored channel.
+    """
     return SeriesLayout(row.dtype, row.chunk_samples, row.step)
 
 
 def series_hash(samples: NDArray[Any]) -> str:
-    """SHA-256 of dtype, length and bytes: equal exactly when the series is."""
+    """SHA-256 of dtype, length and bytes: equal exactly when the series is.
+
+    Parameters:
+        samples: The samples (n,), of any dtype.
+
+    Returns:
+        The hash in hexadecimal digits.
+    """
     digest = SeriesHash(samples.dtype, samples.size)
     digest.update(samples)
     return digest.hex
@@ -109,6 +120,11 @@ class SeriesHash:
         self._digest = hashlib.sha256(f"{dtype.str}:{samples}:".encode())
 
     def update(self, part: NDArray[Any]) -> None:
+        """Take up the next part of the series.
+
+        Parameters:
+            part: The samples (m,) that follow those of the call before, of the dtype of the series.
+        """
         self._digest.update(np.ascontiguousarray(part).view(np.uint8).data)
 
     @property
@@ -117,12 +133,21 @@ class SeriesHash:
 
 
 def chunk_length(samples: int) -> int:
-    """Samples per chunk of a series of `samples`."""
+    """Samples per chunk of a series.
+
+    Parameters:
+        samples: The number of samples of the whole series.
+    """
     return min(max(samples // CHUNKS_PER_SERIES // 1024 * 1024, SHORTEST_CHUNK), LONGEST_CHUNK)
 
 
 def encode(samples: NDArray[Any], packing: Packing = PACKINGS[-1]) -> bytes:
-    """One Blosc frame of `samples` (n,) and its checksum."""
+    """One Blosc frame of samples and its checksum.
+
+    Parameters:
+        samples: The samples (n,) of the chunk.
+        packing: How the frame is packed; by default as the last of `PACKINGS`, the closest one.
+    """
     frame = _packed(samples, packing)
     return frame + zlib.crc32(frame).to_bytes(_CHECKSUM_BYTES, "little")
 
@@ -141,8 +166,16 @@ def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
 
 
 def decode(frame: bytes, dtype: str) -> NDArray[Any]:
-    """The samples of a frame, writable. Raises `ValueError` or `RuntimeError` on a damaged
-    frame."""
+    """The samples of a frame, writable.
+
+    Parameters:
+        frame: The frame with its checksum, or without one as earlier versions stored it.
+        dtype: The dtype string of numpy of the samples, such as "<f4".
+
+    Raises:
+        ValueError: For a damaged frame.
+        RuntimeError: For a damaged frame that Blosc itself refuses.
+    """
     from numcodecs.blosc import decompress
 
     # A copy of the few bytes takes less time than numcodecs' look at an array to decode into.
@@ -150,7 +183,12 @@ def decode(frame: bytes, dtype: str) -> NDArray[Any]:
 
 
 def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> EncodedSeries:
-    """`samples` (n,) in frames of consecutive chunks, by default of `chunk_length`."""
+    """A series in frames of consecutive chunks.
+
+    Parameters:
+        samples: The samples (n,), of any dtype.
+        chunk_samples: The number of samples in a chunk; by default `chunk_length`.
+    """
     length = chunk_samples or chunk_length(samples.size)
     counts = as_counts(samples)
     content, step = counts if counts else (samples, None)
@@ -178,8 +216,15 @@ def write_series(
     written_by_id: int,
     without: Container[int] = (),
 ) -> None:
-    """Insert the frames of a channel, but for the chunks `without`, within the caller's
-    transaction."""
+    """Insert the frames of a channel within the caller's transaction.
+
+    Parameters:
+        session: A session that writes to the store.
+        channel_id: The key of the channel's row.
+        frames: All frames of the series, in their order.
+        written_by_id: The key of the provenance row of the program that writes.
+        without: The numbers of the chunks that are not inserted, counted from 0; by default none.
+    """
     rows = [
         {"channel_id": channel_id, "number": number, "frame": frame, "written_by_id": written_by_id}
         for number, frame in enumerate(frames)
@@ -200,10 +245,20 @@ _SELECT_POSTGRESQL = _SELECT.replace("?", "%s")
 def read_slice(
     connection: Connection, channel_id: int, layout: SeriesLayout, start: int, stop: int
 ) -> NDArray[Any]:
-    """Samples `start:stop` of a stored channel, exactly as recorded.
+    """Samples of a stored channel, exactly as recorded.
 
-    `start` and `stop` lie within the series (0 <= start <= stop <= samples): callers resolve open
-    ends. Raises `SeriesError` when a chunk is missing, damaged, or cannot be fetched.
+    Parameters:
+        connection: A connection to the store.
+        channel_id: The key of the channel's row.
+        layout: The layout of the series, as `layout_of` gives it.
+        start: The first sample. Callers resolve open ends: 0 <= start <= stop <= samples.
+        stop: The sample before which the slice ends.
+
+    Returns:
+        The samples (stop - start,) in the dtype of the series.
+
+    Raises:
+        SeriesError: When a chunk is missing, damaged, or cannot be fetched.
     """
     length = layout.chunk_samples
     chunks = range(start // length, -(-stop // length)) if stop > start else range(0)
@@ -214,7 +269,14 @@ def read_slice(
 
 
 def samples_of(encoded: EncodedSeries) -> NDArray[Any]:
-    """The samples of a series that is not stored yet. Raises `SeriesError` when it is damaged."""
+    """The samples of a series that is not stored yet.
+
+    Parameters:
+        encoded: The series as `encode_series` gives it.
+
+    Raises:
+        SeriesError: When the series is damaged.
+    """
     chunks = range(len(encoded.frames))
     return _gather(enumerate(encoded.frames), chunks, encoded.layout, 0, encoded.samples, "series")
 
@@ -295,7 +357,11 @@ def _decode_into(frame: bytes, target: NDArray[Any], skip: int, layout: SeriesLa
 
 
 def content_bytes(frame: bytes) -> int:
-    """Bytes that a frame declares to hold: what decoding it takes of memory."""
+    """Bytes that a frame declares to hold: what decoding it takes of memory.
+
+    Parameters:
+        frame: A frame with its header.
+    """
     return int.from_bytes(frame[_CONTENT_BYTES], "little")
 
 
@@ -312,20 +378,40 @@ def _verified(frame: bytes) -> memoryview:
 
 
 def iter_chunks(samples: int, chunk_samples: int) -> Iterator[tuple[int, int]]:
-    """(start, stop) of each chunk of a series."""
+    """(start, stop) of each chunk of a series.
+
+    Parameters:
+        samples: The number of samples of the series.
+        chunk_samples: The number of samples in a chunk.
+    """
     for start in range(0, samples, chunk_samples):
         yield start, min(start + chunk_samples, samples)
 
 
 def resolve(start: int | None, stop: int | None, samples: int) -> tuple[int, int]:
-    """Python slice bounds (negative and open ends) as 0 <= start <= stop <= samples."""
+    """Python slice bounds (negative and open ends) as 0 <= start <= stop <= samples.
+
+    Parameters:
+        start: The first sample. A negative one counts from the end; None is the first of the
+            series.
+        stop: The sample before which the slice ends. A negative one counts from the end; None is
+            the end of the series.
+        samples: The number of samples of the series.
+    """
     first, last, _ = slice(start, stop).indices(samples)
     return first, max(first, last)
 
 
 def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
-    """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is
-    damaged."""
+    """A float64 frame, such as a pulse's fine force.
+
+    Parameters:
+        frame: The frame as it is stored.
+        name: What the frame holds, for the message of the error.
+
+    Raises:
+        SeriesError: When the frame is damaged.
+    """
     try:
         return cast(
             "NDArray[np.float64]", decode(frame, "<f8")

@@ -66,7 +66,11 @@ class Writer:
     software_version: str
 
     def insert(self, connection: Connection) -> int:
-        """Add this command's provenance row; returns its key."""
+        """Add this command's provenance row; returns its key.
+
+        Parameters:
+            connection: A connection to the store, within the transaction that the row belongs to.
+        """
         try:
             user = getpass.getuser()
         except (KeyError, OSError):  # a container's user without a name
@@ -109,7 +113,11 @@ class Store:
 
     def read(self, work: Callable[[Session], Result]) -> Result:
         """What `work` returns of a session of `reading`, asked again where the server was lost
-        meanwhile."""
+        meanwhile.
+
+        Parameters:
+            work: A function of the session, which changes nothing. It may be called more than once.
+        """
 
         def attempt() -> Result:
             with self.reading() as session:
@@ -122,12 +130,15 @@ class Store:
 
         It is run again from the start, in a new transaction, after a deadlock, a lock that was not
         had in time, or a connection that was lost, for two minutes at most; and a few times after a
-        unique key that another writer took first, so `work` looks for that row itself. It must do
-        nothing but write to the session, and keep no row of it.
+        unique key that another writer took first, so `work` looks for that row itself.
 
-        A connection lost in the midst of COMMIT leaves open whether all was stored. Only work that
-        finds its own rows by their natural keys, and then leaves them, is `idempotent`, and run
-        again after that too; of other work the error is raised, for it might be stored twice.
+        Parameters:
+            work: A function of the session. It must do nothing but write to the session, and keep
+                no row of it.
+            idempotent: Whether the work finds its own rows by their natural keys, and then leaves
+                them. By default it does not. A connection lost in the midst of COMMIT leaves open
+                whether all was stored. Idempotent work is run again after that too; of other work
+                the error is raised, for it might be stored twice.
         """
         committing = False
 
@@ -168,7 +179,11 @@ class Store:
 
     def written_by(self, session: Session) -> int:
         """Key of this command's provenance row, made on the first row that needs it: a command that
-        changes nothing leaves no trace."""
+        changes nothing leaves no trace.
+
+        Parameters:
+            session: A session of `writing`, in whose transaction the row is made.
+        """
         if self._written_by_id is None:
             # Not through the session: this may run within a flush, and no flush runs inside
             # another.
@@ -179,10 +194,16 @@ class Store:
     def add_rows(
         self, session: Session, table: type[Base], rows: Sequence[Mapping[str, Any]]
     ) -> list[int]:
-        """Insert rows of one table in one statement, with this command as their writer; their keys,
-        in their order.
+        """Insert rows of one table in one statement, with this command as their writer.
 
-        A column that only some of the rows name is NULL in the others.
+        Parameters:
+            session: A session of `writing`.
+            table: The class of the rows.
+            rows: The values of each row by column, without its key and its writer. A column that
+                only some of the rows name is NULL in the others.
+
+        Returns:
+            The keys of the rows, in their order.
         """
         if not rows:
             return []
@@ -256,7 +277,11 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
 
 
 def open_scratch_store(writer: Writer) -> Store:
-    """An empty store in memory, for figures that nobody keeps: it is gone when it is closed."""
+    """An empty store in memory, for figures that nobody keeps: it is gone when it is closed.
+
+    Parameters:
+        writer: The program that writes, of which every row keeps a note.
+    """
     return _opened(make_memory_engine(), ":memory:", writer, create=True)
 
 
@@ -297,7 +322,14 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
 
 
 def count_rows(store: Store) -> dict[str, int]:
-    """Rows per table: what a check or a test compares."""
+    """Rows per table: what a check or a test compares.
+
+    Parameters:
+        store: The open store.
+
+    Returns:
+        The number of rows of each table of the store, by the table's name.
+    """
     with store.reading() as session:
         return {
             table.name: session.scalar(select(func.count()).select_from(table)) or 0
@@ -319,7 +351,11 @@ __all__ = [
 
 
 def seed_materials(store: Store) -> None:
-    """Add the materials of Table 4.2, and PLA, that the store lacks; a lab's own values stay."""
+    """Add the materials of Table 4.2, and PLA, that the store lacks; a lab's own values stay.
+
+    Parameters:
+        store: The open store, which is written to where a material is missing.
+    """
     with store.reading() as session:
         material_names = set(session.scalars(select(Material.name)))
     rows = [row for row in _rows() if row["name"] not in material_names]

@@ -55,11 +55,19 @@ WHOLE = (float("-inf"), float("inf"))
 def parts_between(
     onsets_s: Sequence[float], wanted: Sequence[int], sampling_rate_hz: float
 ) -> tuple[tuple[float, float], ...]:
-    """Parts of a record for the events with the numbers `wanted` among those that begin at
-    `onsets_s` (ascending).
+    """Parts of a record for some of its events.
 
     Each begins with some rest before its onset, at most half of the way back to the event before,
     and ends where the next event's part begins, whether that is wanted or not.
+
+    Parameters:
+        onsets_s: The times (n,) at which the events begin, ascending.
+        wanted: The numbers of the events that get a part, counted from 0.
+        sampling_rate_hz: The sampling rate of the record.
+
+    Returns:
+        Begin and end of each part in s on the clock of `onsets_s`. The first event's part has no
+        begin (minus infinity), the last one's no end.
     """
     rest_s = max(_REST_S, _REST_SAMPLES / sampling_rate_hz)
     gaps = np.diff(onsets_s)
@@ -74,7 +82,14 @@ def parts_between(
 def shock_parts(
     channels: Sequence[Channel], expected: int, settings: ExtractionSettings
 ) -> ShockParts:
-    """The parts of `expected` shocks in the acceleration `channels` of one recording."""
+    """The parts of the shocks in the accelerations of one recording.
+
+    Parameters:
+        channels: The acceleration channels, at least one.
+        expected: The number of shocks, 1 or more. The largest ones are taken; 1 is the whole
+            record.
+        settings: From which height on an excursion is a shock, and how near two belong to one.
+    """
     if expected == 1:
         return ShockParts((WHOLE,))
     loudest = max(channels, key=lambda channel: float(np.ptp(_filled(channel))))
@@ -207,8 +222,12 @@ def measure_channels(
     """Figures of the acceleration channels of a recording; beside a force not of those that ride on
     the impactor, whose motion its velocity tells.
 
-    Its impacts are the contacts that its force shows (`hits`), else as many shocks of the
-    accelerations as `rows` of runs.csv name it; none where they are 0.
+    Parameters:
+        channels: The channels of the recording.
+        hits: The contacts that its force shows, which are its impacts.
+        rows: The number of rows of runs.csv that name it. Without a contact, as many shocks of the
+            accelerations are its impacts; none where it is 0.
+        settings: From which height on an excursion is a shock, and how near two belong to one.
     """
     force = bool(hits.pulses)
     accelerations = [
@@ -234,8 +253,16 @@ def measure_channels(
 def figure_rows(
     figures: Sequence[ImpactFigures], impacts: Sequence[int], channels: Mapping[str, int]
 ) -> list[dict[str, Any]]:
-    """Rows of `channel_figures` for the impacts with these keys, in the order of `figures`;
-    `channels`: key by name."""
+    """Rows of `channel_figures` for the impacts of a recording.
+
+    Parameters:
+        figures: The figures of each impact by channel.
+        impacts: The keys of the impacts, in the order of `figures`.
+        channels: The keys of the recording's channels by name.
+
+    Returns:
+        The values of each row by column, without its key and its writer.
+    """
     rows = []
     for impact, by_channel in zip(impacts, figures, strict=True):
         largest = max(

@@ -33,7 +33,7 @@ def deconvolve(
     sampling_rate_hz: float,
     regularisation: float = DEFAULT_REGULARISATION,
 ) -> Floats:
-    """What drove `output` (..., n) through `tf`, same shape: eq. 4.2, regularised after Tikhonov.
+    """What drove a response through a transfer function, regularised after Tikhonov.
 
     `conj(H) / (|H|^2 + regularisation * max |H|^2)` replaces 1 / H, which would amplify noise
     without bound where the structure does not respond; noise grows by `1 / (2 sqrt(regularisation)
@@ -41,9 +41,23 @@ def deconvolve(
     beginning. A long one is cut into blocks that overlap by two segments, half the time of one long
     transform.
 
-    A record of hits is better given as windows (hits, n), one for each hit: cheaper, and silence
-    adds only noise. Raises `TransferFunctionError` when the rates differ, or `output` outlasts an
-    exponentially weighted `tf`.
+    Parameters:
+        output: The response (..., n). A record of hits is better given as windows (hits, n), one
+            for each hit: cheaper, and silence adds only noise.
+        tf: The transfer function.
+        sampling_rate_hz: The sampling rate of the response, which is that of the transfer function.
+        regularisation: The share of the largest `|H|^2` that is added to it everywhere, 0 or more;
+            by default 1e-7.
+
+    Returns:
+        The drive (..., n) in the unit of the response over that of the transfer function.
+
+    Raises:
+        TransferFunctionError: When the rates differ, or `output` outlasts an exponentially weighted
+            `tf`.
+
+    Source:
+        Thesis, eq. 4.2.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
@@ -69,11 +83,24 @@ def deconvolve_together(
     to_hz: float,
     regularisation: float = DEFAULT_REGULARISATION,
 ) -> Floats:
-    """What drove `outputs` (k, n) through k transfer functions at once, (n,): the least squares of
-    all, up to `to_hz`.
+    """What drove several responses through as many transfer functions at once: the least squares of
+    all.
 
-    As `deconvolve`, for one window that is no longer than the functions' segment; from 0.8 `to_hz`
-    on the result fades to zero. Raises `TransferFunctionError` as `deconvolve`.
+    As `deconvolve`, for one window.
+
+    Parameters:
+        outputs: The responses (k, n), no longer than the functions' segment.
+        functions: The k transfer functions, of one segment and one exponential weight.
+        sampling_rate_hz: The sampling rate of the responses, which is that of the functions.
+        to_hz: The frequency up to which the functions are known. From 0.8 of it on the result fades
+            to zero.
+        regularisation: As of `deconvolve`, of the summed `|H|^2`; by default 1e-7.
+
+    Returns:
+        The drive (n,) in the unit of the responses over that of the functions.
+
+    Raises:
+        TransferFunctionError: As `deconvolve`.
     """
     from scipy.fft import irfft, next_fast_len, rfft
 
@@ -106,12 +133,28 @@ def clean_acceleration(
     segment: int,
     band_hz: tuple[float, float],
 ) -> Floats:
-    """Eq. 4.2 hit by hit: windows (hits, segment) of the acceleration at the impact plane, from
-    records (n,).
+    """The acceleration at the impact plane, hit by hit.
 
     Each hit is cleaned by the transfer function of the others: by its own, a / (a / F) returns the
-    measured force whatever the acceleration was. `band_hz` is where the impactor moves as one body.
-    Raises `TransferFunctionError` for fewer than two hits, and as what it calls.
+    measured force whatever the acceleration was.
+
+    Parameters:
+        acceleration: The record (n,) of the impactor's acceleration in m/s2.
+        force: The record (n,) of the contact force in N, on the same clock.
+        sampling_rate_hz: The sampling rate of both.
+        starts: The samples (hits,) at which the windows begin, some before each contact.
+        segment: The number of samples of a window, even.
+        band_hz: The lower and the upper end of the band in which the impactor moves as one body.
+
+    Returns:
+        The cleaned windows (hits, segment) in m/s2.
+
+    Raises:
+        TransferFunctionError: For fewer than two hits, and as `hit_windows`,
+            `rigid_body_normalised` and `deconvolve`.
+
+    Source:
+        Thesis, eq. 4.2.
     """
     if len(starts) < 2:
         raise TransferFunctionError(
@@ -129,11 +172,22 @@ def clean_acceleration(
 def force_from_acceleration(
     acceleration_m_s2: Floats, tf: TransferFunction, plate_mass_kg: float, sampling_rate_hz: float
 ) -> Floats:
-    """Contact force (..., n) by eq. 2.9: minus plate mass times corrected acceleration.
+    """Contact force (..., n): minus plate mass times corrected acceleration.
 
-    `tf` is a `rigid_body_normalised` one: by eq. 2.7 as printed, eq. 2.8 already is a force. The
-    minus makes the force of a blow positive for a sensor whose axis points against it. Raises
-    `TransferFunctionError` for any other `tf`.
+    The minus makes the force of a blow positive for a sensor whose axis points against it.
+
+    Parameters:
+        acceleration_m_s2: The acceleration (..., n) of the plate.
+        tf: A transfer function of `rigid_body_normalised`: by eq. 2.7 as printed, eq. 2.8 already
+            is a force.
+        plate_mass_kg: The mass of the plate.
+        sampling_rate_hz: The sampling rate of the acceleration.
+
+    Raises:
+        TransferFunctionError: For any other `tf`, and as `deconvolve`.
+
+    Source:
+        Thesis, eq. 2.9.
     """
     if tf.unit != "1":
         raise TransferFunctionError(

@@ -67,8 +67,15 @@ class TransferFunctions:
 
 
 def campaign_plate_response(tables: CampaignTables) -> TransferFunctions | None:
-    """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row
-    that was struck elsewhere than the hammer's hits: its transfer function is another one."""
+    """The plate's transfer functions, where `[force]` asks for them; else None.
+
+    Parameters:
+        tables: The tables of the campaign folder.
+
+    Raises:
+        IngestError: For a row that was struck elsewhere than the hammer's hits: its transfer
+            function is another one. Also as `plate_response`.
+    """
     file = tables.file
     if file.force is None:
         return None
@@ -92,8 +99,20 @@ def plate_response(
     sensors: dict[str, Sensor],
     reading: ReadingOptions = AS_IN_FILE,
 ) -> TransferFunctions:
-    """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says
-    how to get it."""
+    """H of each accelerometer from the hammer's recording.
+
+    Parameters:
+        folder: The campaign folder.
+        source: The accelerometers and the recording that `[force]` names.
+        sensors: The declared sensors by channel, those of the accelerometers among them.
+        reading: What a laboratory says of its files where these do not; by default nothing.
+
+    Raises:
+        IngestError: Where the recording gives no H; the message says how to get it.
+
+    Source:
+        Thesis, eq. 2.7.
+    """
     file = folder / source.recording
     wanted = {name: sensors[name] for name in source.accelerometers} | {
         source.hammer.name: source.hammer
@@ -146,8 +165,18 @@ def derived_force(
     channels: Sequence[Channel], plate: TransferFunctions, settings: ExtractionSettings
 ) -> tuple[Channel | None, Finding]:
     """The force of one shot as a channel of its own, which begins shortly before the contact, and
-    what is to be said of it. None, and a finding `reject`, where H does not reach as high as the
-    pulse, or has another sampling rate."""
+    what is to be said of it.
+
+    Parameters:
+        channels: The channels of the shot's recording.
+        plate: The transfer functions of the plate that was struck.
+        settings: How the pulse is cut out of the derived force.
+
+    Returns:
+        The channel and a finding. The channel is None, and the finding a `reject`, where H does not
+        reach as high as the pulse, or has another sampling rate, and where no contact rises above
+        the noise.
+    """
     by_name = {channel.name: channel for channel in channels}
     used = [by_name[name] for name in plate.source.accelerometers]
     first, rate = used[0], used[0].sampling_rate_hz

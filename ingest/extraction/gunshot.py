@@ -51,7 +51,11 @@ class ShotMeasurement:
 
 def laser_channel(channels: list[Channel]) -> Channel | None:
     """The channel that sees the bullet pass: a displacement or voltage at the muzzle, or one named
-    laser…"""
+    laser…
+
+    Parameters:
+        channels: The channels of the recording; of several such ones the first is taken.
+    """
     for channel in channels:
         at_muzzle = (channel.sensor.position or "").lower() in MUZZLE_POSITIONS
         if channel.quantity in ("displacement", "voltage") and (
@@ -64,8 +68,22 @@ def laser_channel(channels: list[Channel]) -> Channel | None:
 def measure_shot(
     channels: list[Channel], bullet_length_m: float | None, bullet_length_u_m: float | None
 ) -> tuple[ShotMeasurement | None, list[Finding]]:
-    """Velocity (eq. 5.2) and pressure of a shot, and findings where a channel is there but says
-    nothing usable."""
+    """Velocity and pressure of a shot, and findings where a channel is there but says nothing
+    usable.
+
+    Parameters:
+        channels: The channels of the recording.
+        bullet_length_m: The length of the bullet; None where it is unknown, which gives no
+            velocity.
+        bullet_length_u_m: Its standard uncertainty; None takes that of `muzzle_velocity`.
+
+    Returns:
+        The measured values, None where neither velocity nor pressure was measured, and the
+        findings.
+
+    Source:
+        Thesis, eq. 5.2, for the velocity.
+    """
     velocity, problems = _velocity(laser_channel(channels), bullet_length_m, bullet_length_u_m)
     tank = next((c for c in channels if c.quantity == "pressure"), None)
     drop, more = _drop(tank)
@@ -112,8 +130,15 @@ def _drop(channel: Channel | None) -> tuple[PressureDrop | None, list[Finding]]:
 
 
 def reported_uncertainty(row: RunRow) -> float | None:
-    """The lab's own standard uncertainty; else eq. 5.2 where bullet length and laser sampling rate
-    are given."""
+    """The standard uncertainty (m/s) of the velocity that a row reports: the lab's own; else that
+    of the laser where bullet length and laser sampling rate are given, else None.
+
+    Parameters:
+        row: The row of the table of runs.
+
+    Source:
+        Thesis, eq. 5.2.
+    """
     if row.measured_velocity_u_m_s is not None or not row.measured_velocity_m_s:
         return row.measured_velocity_u_m_s
     if row.bullet_length_m is None or row.laser_sampling_rate_hz is None:

@@ -52,7 +52,11 @@ TargetMotion = Callable[[ImpactSpeed, Floats, StruckPlate], ImpactSpeed]
 
 
 def impactor_channel(channels: list[Channel]) -> Channel | None:
-    """The accelerometer on the impactor, if one was recorded."""
+    """The accelerometer on the impactor, if one was recorded.
+
+    Parameters:
+        channels: The channels of the recording; of several such ones the first is taken.
+    """
     for channel in channels:
         if channel.quantity == "acceleration" and on_impactor(channel.sensor.position):
             return channel
@@ -79,12 +83,27 @@ def impact_speeds(
     """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no
     accelerometer.
 
-    `contact_force` are the samples in which the pulses were found, and the channel on whose clock
-    these are. With enough hits the acceleration is first freed of the hammer's own dynamics, each
-    hit by the transfer function of the others. The delay behind the force is checked against eq.
-    4.1: the head's length is not part of a campaign, and its wave takes less than a sample (thesis:
-    12.4 of 19.5 µs), so the limit is two samples. Raises `RecordingError` for a sample beside a
-    contact that is no number.
+    With enough hits the acceleration is first freed of the hammer's own dynamics, each hit by the
+    transfer function of the others. The delay behind the force is checked: the head's length is not
+    part of a campaign, and its wave takes less than a sample (thesis: 12.4 of 19.5 µs), so the
+    limit is two samples.
+
+    Parameters:
+        channels: The channels of the recording.
+        pulses: The pulses of its contact force, in time order.
+        settings: From how many hits on the hammer's dynamics are removed, and in which band it
+            moves as one body.
+        contact_force: The samples (n,) in N in which the pulses were found, and the channel on
+            whose clock these are; None where there is no force.
+
+    Returns:
+        A velocity for each pulse, None where there is none, and the findings.
+
+    Raises:
+        RecordingError: For a sample beside a contact that is no number.
+
+    Source:
+        Thesis, eq. 4.1, for the delay.
     """
     channel = impactor_channel(channels)
     if channel is None or contact_force is None or not pulses:
@@ -201,7 +220,16 @@ def _refuse_not_finite(channel: Channel, name: str, values: Floats, near: slice)
 
 
 def propagation_delay(youngs_modulus_pa: float, density_kg_m3: float, length_m: float) -> float:
-    """Time (s) of a compression wave along `length_m`: eq. 4.1, for a slender bar."""
+    """Time (s) of a compression wave along a slender bar.
+
+    Parameters:
+        youngs_modulus_pa: Young's modulus of the bar.
+        density_kg_m3: Its density.
+        length_m: Its length.
+
+    Source:
+        Thesis, eq. 4.1.
+    """
     return length_m / math.sqrt(youngs_modulus_pa / density_kg_m3)
 
 
@@ -211,12 +239,19 @@ _LONGEST, _TOLERANCE = 16, 2.0
 
 
 def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last: int) -> float:
-    """Samples by which `acceleration` (n,) follows `force` (n,) in the contact `first` to `last`;
-    negative: it leads.
+    """Samples by which an acceleration follows a force in a contact; negative: it leads.
 
     The peak of the cross-correlation, between samples by a cubic spline; either polarity. The
-    answer is within ±16, and at that limit where the two are not alike. Raises `ValueError` for a
-    contact outside the record.
+    answer is within ±16, and at that limit where the two are not alike.
+
+    Parameters:
+        force: The record (n,) of the force, in any unit.
+        acceleration: The record (n,) of the acceleration, in any unit, on the same clock.
+        first: The first sample of the contact.
+        last: Its last sample.
+
+    Raises:
+        ValueError: For a contact outside the record.
     """
     if not 0 <= first < last < force.size or force.shape != acceleration.shape:
         raise ValueError(
@@ -236,5 +271,11 @@ def measured_delay_samples(force: Floats, acceleration: Floats, first: int, last
 
 
 def delay_is_plausible(delay_samples: float, wave_time_s: float, sampling_rate_hz: float) -> bool:
-    """Whether a delay is the wave's travel to within two samples, either way."""
+    """Whether a delay is the wave's travel to within two samples, either way.
+
+    Parameters:
+        delay_samples: The delay of the acceleration behind the force, in samples.
+        wave_time_s: The time that the wave travels, as `propagation_delay` gives it.
+        sampling_rate_hz: The sampling rate of the records.
+    """
     return abs(delay_samples - wave_time_s * sampling_rate_hz) <= _TOLERANCE

@@ -93,13 +93,19 @@ class PressureDrop:
 def pressure_drop(
     pressure_pa: NDArray[Any], sampling_rate_hz: float, opening: tuple[float, float] | None = None
 ) -> PressureDrop:
-    """The drop in a record of tank pressure (n,), Pa.
+    """The drop in a record of tank pressure. Lone spikes are left out.
 
-    `opening`: moment (s from the first sample) at which the drop begins in other records of the
-    same trigger, and its standard deviation, for a record whose noise leaves open whether it begins
-    within the drop. Lone spikes are left out. Raises `NoDropError` where the pressure does not fall
-    by more than its noise, `ShortRestError` where it may have fallen before the record began, and
-    `ValueError` for a sample that is not finite.
+    Parameters:
+        pressure_pa: The record (n,).
+        sampling_rate_hz: Its sampling rate.
+        opening: The moment (s from the first sample) at which the drop begins in other records of
+            the same trigger, and its standard deviation, for a record whose noise leaves open
+            whether it begins within the drop; by default (None) the record alone decides.
+
+    Raises:
+        NoDropError: Where the pressure does not fall by more than its noise.
+        ShortRestError: Where it may have fallen before the record began.
+        ValueError: For a sample that is not finite.
     """
     values = np.asarray(pressure_pa, dtype=np.float64)
     if not np.all(np.isfinite(values)):

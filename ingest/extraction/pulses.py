@@ -28,11 +28,21 @@ _SMALLEST_SMOOTHED = 5
 
 
 def smoothing_spline(values: Floats, smoothing: float) -> Callable[[Floats], Floats]:
-    """The spline through `values` (n,), n >= 2, at x = 0 … n-1. `smoothing` is csaps' p in (0, 1].
+    """The cubic smoothing spline through values at x = 0 … n-1.
 
-    Green and Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3:
-    with R and Q of a natural spline, (R + lam Q'Q) c = Q'y gives its second derivatives, y - lam Q
+    With R and Q of a natural spline, (R + lam Q'Q) c = Q'y gives its second derivatives, y - lam Q
     c its values.
+
+    Parameters:
+        values: The values (n,), n >= 2.
+        smoothing: The parameter p of csaps, in (0, 1]; 1 interpolates.
+
+    Returns:
+        A function of x, in samples.
+
+    Source:
+        Green and Silverman, Nonparametric Regression and Generalized Linear Models (1994), section
+        2.3.
     """
     from scipy.interpolate import PPoly, make_interp_spline
     from scipy.linalg import solveh_banded
@@ -54,7 +64,15 @@ def smoothing_spline(values: Floats, smoothing: float) -> Callable[[Floats], Flo
 
 
 def nrmse(values: Floats, fitted: Floats) -> float:
-    """Root mean square error over the range of `values` (eq. 4.3 and 4.4); 0 for a flat signal."""
+    """Root mean square error over the range of the values; 0 for a flat signal.
+
+    Parameters:
+        values: The recorded values (n,).
+        fitted: The values (n,) of a fit to them, in the same unit.
+
+    Source:
+        Thesis, eq. 4.3 and 4.4.
+    """
     spread = float(values.max() - values.min())
     return float(np.sqrt(np.mean((values - fitted) ** 2))) / spread if spread > 0 else 0.0
 
@@ -133,11 +151,15 @@ def extract_pulses(
     start_s: float = 0.0,
     expected: int | None = None,
 ) -> tuple[ExtractedPulse, ...]:
-    """The pulses of a force record (n,) in newtons, in time order; none when nothing rises above
-    the noise.
+    """The pulses of a force record, in time order; none when nothing rises above the noise.
 
-    `expected` keeps that many main peaks where the record shows more (the thesis's "ten main
-    peaks").
+    Parameters:
+        force: The record (n,) in N. Compression may have either sign.
+        sampling_rate_hz: Its sampling rate.
+        settings: How pulses are cut out; by default the defaults of `ExtractionSettings`.
+        start_s: The time of the first sample on the record's clock; by default 0.
+        expected: The number of main peaks that are kept where the record shows more (the thesis's
+            "ten main peaks"); by default (None) all.
     """
     return find_hits(force, sampling_rate_hz, settings, start_s=start_s, expected=expected).pulses
 
@@ -150,8 +172,17 @@ def find_hits(
     start_s: float = 0.0,
     expected: int | None = None,
 ) -> Hits:
-    """`extract_pulses`, with the hits beyond `expected` as well: nothing that was found is
-    forgotten."""
+    """`extract_pulses`, with the hits beyond the expected ones as well: nothing that was found is
+    forgotten.
+
+    Parameters:
+        force: The record (n,) in N. Compression may have either sign.
+        sampling_rate_hz: Its sampling rate.
+        settings: How pulses are cut out; by default the defaults of `ExtractionSettings`.
+        start_s: The time of the first sample on the record's clock; by default 0.
+        expected: The number of main peaks that become pulses where the record shows more; by
+            default (None) all.
+    """
     settings = settings or ExtractionSettings()
     if force.size < 2 or not np.isfinite(force).any():
         return Hits(())

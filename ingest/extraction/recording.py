@@ -47,7 +47,12 @@ class EncodedChannel:
 
     @classmethod
     def of(cls, channel: Channel) -> EncodedChannel:
-        """The header holds the calibration of the sensor, as it is stored."""
+        """A channel with its samples compressed. The header holds the calibration of the sensor, as
+        it is stored.
+
+        Parameters:
+            channel: The channel as it was recorded.
+        """
         recorded, calibration = channel.recorded, channel.sensor.calibration
         header = channel.header
         if calibration is not None:
@@ -86,7 +91,11 @@ class ExtractedRecording:
         return (forces or names)[0]
 
     def speed_of(self, hit: MatchedImpact) -> ImpactSpeed | None:
-        """The velocity of a hit by the impactor's own acceleration."""
+        """The velocity of a hit by the impactor's own acceleration; None where it has none.
+
+        Parameters:
+            hit: One of the `hits` of the recording.
+        """
         return None if hit.pulse is None or not self.speeds else self.speeds[hit.pulse]
 
     def without_samples(self) -> ExtractedRecording:
@@ -108,6 +117,12 @@ class UnreadableRecording:
 
     @classmethod
     def of(cls, named: NamedRecording, reason: str) -> UnreadableRecording:
+        """A recording of the folder that could not be read whole.
+
+        Parameters:
+            named: The recording as the rows of `runs.csv` name it.
+            reason: The message of the error. It is put on one line and shortened.
+        """
         return cls(named.path, named.sha256, named.size_bytes, one_line(reason))
 
 
@@ -117,7 +132,23 @@ def extract_or_exclude(
     plate: TransferFunctions | None,
     named: NamedRecording,
 ) -> ExtractedRecording | UnreadableRecording:
-    """Extract one recording, and tell its hits apart. Runs in any process."""
+    """Extract one recording, and tell its hits apart. Runs in any process.
+
+    Parameters:
+        tables: The tables of the campaign folder.
+        settings: How pulses are cut out.
+        plate: The transfer functions from which the contact force is derived; None where it is
+            recorded or there is none.
+        named: The recording, with the rows of `runs.csv` that name it.
+
+    Returns:
+        What its files gave, or why they could not be read or processed.
+
+    Raises:
+        IngestError: For a fault of the campaign, not of this recording.
+        MemoryError: For a fault of the machine.
+        OSError: For a fault of the machine.
+    """
     file, rows = tables.file, list(named.rows)
     try:
         recording = extract_recording(
@@ -174,12 +205,28 @@ def extract_recording(
     reading: ReadingOptions = AS_IN_FILE,
     plate: TransferFunctions | None = None,
 ) -> ExtractedRecording:
-    """Read the files of `path` in `folder`, judge them, cut out their pulses and measure their
+    """Read the files of a recording, judge them, cut out their pulses and measure their
     accelerations.
 
-    `rows` of runs.csv name it; `expected`: hits of the force to keep. `plate`: the contact force is
-    derived from the accelerations. Raises `RecordingError` when one of the files cannot be read
-    whole.
+    Parameters:
+        folder: The campaign folder.
+        path: The path of the recording as it is stored, relative to the folder; several files are
+            parted by semicolons.
+        sensors: The declared sensors by channel.
+        settings: How pulses are cut out.
+        expected: The number of hits of the force to keep; by default (None) all.
+        rows: The number of rows of runs.csv that are impacts in this recording; by default 1.
+            Without a force, as many shocks are looked for in the accelerations.
+        bullet_length_m: The length of the bullet that the laser saw; by default unknown, which
+            gives no muzzle velocity.
+        bullet_length_u_m: Its standard uncertainty; by default that of `muzzle_velocity`.
+        sha256: The hash of the files where it is known; by default it is calculated.
+        reading: What a laboratory says of its files where these do not; by default nothing.
+        plate: The transfer functions by which the contact force is derived from the accelerations;
+            by default (None) no force is derived.
+
+    Raises:
+        RecordingError: When one of the files cannot be read whole.
     """
     files = RecordingFiles(folder, path, reading)
     digest = sha256 or files.sha256()
@@ -217,8 +264,14 @@ def extract_recording(
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
-    """The pulses, and the hits of the same record that were left out because `expected` are
-    fewer."""
+    """The pulses of a recording, and the hits of the same record that were left out.
+
+    Parameters:
+        channels: The channels of the recording. Without a force channel there are no hits.
+        settings: How pulses are cut out.
+        expected: The number of hits to keep, the largest ones, where the record has more; None
+            keeps all.
+    """
     force = total_force(channels)
     if force is None:
         return Hits(())

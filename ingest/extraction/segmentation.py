@@ -72,7 +72,11 @@ class Segment:
 
 
 def rest_level(force: Floats) -> RestLevel:
-    """Median and robust deviation of a record (n,), from an even subsample; NaN is passed over."""
+    """Median and robust deviation of a record, from an even subsample.
+
+    Parameters:
+        force: The record (n,), in any unit. NaN is passed over.
+    """
     sample = force[:: max(1, force.size // _ESTIMATE_SAMPLES)]
     sample = sample[np.isfinite(sample)]
     if sample.size == 0:
@@ -82,9 +86,13 @@ def rest_level(force: Floats) -> RestLevel:
 
 
 def record_rest(force: Floats) -> RestLevel:
-    """Rest of a record (n,) that contacts may fill: its median and deviation, unless a slow pulse
-    or what a sensor sags by after it makes up much of the record. Then those of the stretch before
-    the pulse, or else of that behind it."""
+    """Rest of a record that contacts may fill: its median and deviation, unless a slow pulse or
+    what a sensor sags by after it makes up much of the record. Then those of the stretch before the
+    pulse, or else of that behind it.
+
+    Parameters:
+        force: The record (n,), in any unit. NaN is passed over.
+    """
     whole = rest_level(force)
     sample = force[:: max(1, force.size // _ESTIMATE_SAMPLES)]
     sample = sample[np.isfinite(sample)]
@@ -117,8 +125,15 @@ def _climbs(values: Floats) -> bool:
 
 
 def orientation(force: Floats, level: RestLevel) -> int:
-    """+1 or -1: the sign in which the record's largest excursion is positive (compression may be
-    negative)."""
+    """The sign in which the record's largest excursion is positive (compression may be negative).
+
+    Parameters:
+        force: The record (n,).
+        level: The rest of the record.
+
+    Returns:
+        +1 or -1.
+    """
     up = float(np.nanmax(force)) - level.baseline
     down = level.baseline - float(np.nanmin(force))
     return 1 if up >= down else -1
@@ -127,10 +142,18 @@ def orientation(force: Floats, level: RestLevel) -> int:
 def find_events(
     force: Floats, level: RestLevel, sampling_rate_hz: float, settings: ExtractionSettings
 ) -> list[NDArray[np.int64]]:
-    """The impacts of a record `force` (n,), oriented upwards: for each, the peaks (sample indices)
-    of its contacts.
+    """The impacts of a record.
 
-    The first index of each array is the main peak.
+    Parameters:
+        force: The record (n,), oriented upwards.
+        level: The rest of the record.
+        sampling_rate_hz: Its sampling rate.
+        settings: From which height on an excursion is an impact, and how near contacts belong to
+            one.
+
+    Returns:
+        The peaks (sample indices) of the contacts of each impact. The first index of each array is
+        the main peak.
     """
     height = float(np.nanmax(force)) - level.baseline if force.size else 0.0
     floor = max(settings.event_share * height, settings.event_noise * level.noise)
@@ -145,8 +168,15 @@ def find_events(
 def segment(
     force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings: ExtractionSettings
 ) -> Segment:
-    """Delimit the contact around `peaks[0]` in `force` (n,), oriented upwards, `level.baseline` its
-    rest before it."""
+    """Delimit the contact around the main peak of an impact.
+
+    Parameters:
+        force: The record (n,), oriented upwards.
+        peaks: The peaks (k,) of the impact as sample indices, as `find_events` gives them; the
+            first is the main peak.
+        level: The rest before the contact.
+        settings: The threshold and the method.
+    """
     peak = int(peaks[0])
     height = float(force[peak]) - level.baseline
     share = settings.threshold * height
@@ -176,8 +206,16 @@ def delimit(
     sampling_rate_hz: float,
     settings: ExtractionSettings,
 ) -> tuple[RestLevel, Segment]:
-    """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that
-    it was cut by."""
+    """The contact around the main peak of an impact, and the rest before it that it was cut by.
+
+    Parameters:
+        force: The record (n,), oriented upwards.
+        peaks: The peaks (k,) of the impact as sample indices, as `find_events` gives them; the
+            first is the main peak.
+        level: The rest of the whole record.
+        sampling_rate_hz: Its sampling rate.
+        settings: The threshold and the method.
+    """
     # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
     roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
     rest = local_baseline(
@@ -221,11 +259,17 @@ def _until_shifted_rest(
 def local_baseline(
     force: Floats, walk: tuple[int, int], level: RestLevel, sampling_rate_hz: float
 ) -> RestLevel:
-    """The rest just before a contact that `walk` (first, last) delimits: drift between hits must
-    not tilt thresholds.
+    """The rest just before a contact: drift between hits must not tilt thresholds.
 
     Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 %
-    of it, where the record holds them; else `level`.
+    of it, where the record holds them.
+
+    Parameters:
+        force: The record (n,).
+        walk: The first and the last sample of the contact.
+        level: The rest of the whole record, which is returned where the record holds too few
+            samples before the contact. Its noise is taken over.
+        sampling_rate_hz: The sampling rate of the record.
     """
     first, last = walk
     stop = first - max(4, round(_FLANK * (last - first)))

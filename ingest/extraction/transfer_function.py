@@ -69,16 +69,28 @@ def estimate_transfer_function(
     """H1, cross spectrum over input spectrum: noise of the output averages out, noise of the input
     biases it low.
 
-    `output` and `input_` (n,) have one clock. For a record of hits give `starts`: each segment then
-    begins at one of them (some samples before the contact), holds one whole hit, and is not
-    tapered, since a taper would weigh the hit by where it lies. `segment` is by default the least
-    distance between starts. Where the response outlasts the segment, `end_weight` < 1 (0.01, say)
-    weights both channels by an exponential that falls to it.
+    For a record of hits give `starts`: each segment then holds one whole hit, and is not tapered,
+    since a taper would weigh the hit by where it lies. Without `starts`: Welch with Hann windows
+    that overlap by half, as `tfestimate` cuts a record. Right for steady excitation; on hits most
+    windows hold silence, or part of a hit. The coherence of a single segment is 1 by construction.
 
-    Without `starts`: Welch with Hann windows that overlap by half, eight of them by default, as
-    `tfestimate` cuts a record. Right for steady excitation; on hits most windows hold silence, or
-    part of a hit. The coherence of a single segment is 1 by construction. Raises
-    `TransferFunctionError`.
+    Parameters:
+        output: The record (n,) of the response, such as an acceleration in m/s2.
+        input_: The record (n,) of the excitation, such as a force in N, on the same clock.
+        sampling_rate_hz: The sampling rate of both.
+        starts: The samples (hits,) at which the segments begin, each some samples before its
+            contact; by default (None) the record is cut evenly.
+        segment: The number of samples of a segment. It is by default the least distance between
+            starts, or without `starts` such that there are eight segments.
+        end_weight: The weight at the end of a segment, in (0, 1], of an exponential that both
+            channels are weighted by. By default 1, no weight; less, 0.01 say, where the response
+            outlasts the segment. Without `starts` it has no effect.
+        unit: The unit of the output over that of the input; by default that of an acceleration over
+            a force.
+
+    Raises:
+        TransferFunctionError: For records of different lengths, for segments that do not fit into
+            the record, for an `end_weight` out of its bounds, and where nothing was excited.
     """
     if output.ndim != 1 or output.shape != input_.shape:
         raise TransferFunctionError(
@@ -102,7 +114,18 @@ def transfer_functions_of_the_others(
     segment: int,
 ) -> Iterator[TransferFunction]:
     """For each hit in turn `estimate_transfer_function` over all hits but this one, each
-    transformed only once."""
+    transformed only once.
+
+    Parameters:
+        output: The record (n,) of the acceleration in m/s2.
+        input_: The record (n,) of the force in N, on the same clock.
+        sampling_rate_hz: The sampling rate of both.
+        starts: The samples (hits,) at which the segments begin.
+        segment: The number of samples of a segment, even.
+
+    Raises:
+        TransferFunctionError: As `estimate_transfer_function`.
+    """
     x, y, decay = _hit_spectra(output, input_, sampling_rate_hz, starts, segment, 1.0)
     for hit in range(len(starts)):
         yield _h1(
@@ -115,8 +138,16 @@ def transfer_functions_of_the_others(
 
 
 def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floats:
-    """Windows (hits, segment) of `signal` (n,) from `starts`. Raises `TransferFunctionError` when
-    one does not fit."""
+    """Windows (hits, segment) of a record.
+
+    Parameters:
+        signal: The record (n,).
+        starts: The samples (hits,) at which the windows begin.
+        segment: The number of samples of a window, even, 4 or more.
+
+    Raises:
+        TransferFunctionError: When there is no hit, or a window does not fit.
+    """
     starts = np.asarray(starts, dtype=np.int64)
     if starts.size == 0 or segment < 4 or segment % 2:
         raise TransferFunctionError(
@@ -131,12 +162,19 @@ def hit_windows(signal: Floats, starts: NDArray[np.int64], segment: int) -> Floa
 
 
 def rigid_body_normalised(tf: TransferFunction, band_hz: tuple[float, float]) -> TransferFunction:
-    """`tf` over its mean real part in `band_hz`, below the first resonance: 1 where the structure
+    """A transfer function over its mean real part below the first resonance: 1 where the structure
     moves as one body.
 
     Deviation from eq. 4.2, which divides by acceleration over force and so returns a force: divided
-    by this, a cleaned acceleration stays an acceleration, with the sensor's own sign. Raises
-    `TransferFunctionError`.
+    by this, a cleaned acceleration stays an acceleration, with the sensor's own sign.
+
+    Parameters:
+        tf: The transfer function, acceleration over force.
+        band_hz: The lower and the upper end of the band in which the structure moves as one body.
+
+    Raises:
+        TransferFunctionError: Where the band has no coherent bin, or the response in it is not in
+            phase with the force.
     """
     inside = (tf.frequency_hz >= band_hz[0]) & (tf.frequency_hz <= band_hz[1])
     inside &= tf.coherence >= MEANINGFUL_COHERENCE

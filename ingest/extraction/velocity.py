@@ -43,18 +43,28 @@ def impact_velocity(
     noise_m_s2: float | None = None,
     gain_u: float = 0.0,
 ) -> ImpactVelocity:
-    """Integral of the impactor's deceleration (n,) from first contact to the end of compression,
-    where it stands still.
+    """Integral of the impactor's deceleration from first contact to the end of compression, where
+    it stands still.
 
-    `first` and `peak` are samples of the contact as segmentation found it. A cubic spline through
-    the contact's samples is integrated from where it is zero before the first of them to the
-    acceleration's peak, both between samples: on ten samples per contact the trapezoid rule between
-    whole samples is wrong by up to 16 % of the velocity.
+    A cubic spline through the contact's samples is integrated from where it is zero before the
+    first of them to the acceleration's peak, both between samples: on ten samples per contact the
+    trapezoid rule between whole samples is wrong by up to 16 % of the velocity.
 
     Standard uncertainty by the GUM: the noise, integrated; the end of compression, by the noise and
-    by a tenth of a sample (uniform); `gain_u`, the relative standard uncertainty of the sensor's
-    gain. `noise_m_s2` is by default the deviation of up to 200 samples before the contact. Raises
-    `ValueError` when there are fewer than 16.
+    by a tenth of a sample (uniform); and the sensor's gain.
+
+    Parameters:
+        acceleration_m_s2: The record (n,) of the impactor's acceleration, of either sign.
+        sampling_rate_hz: Its sampling rate.
+        first: The first sample of the contact as segmentation found it.
+        peak: The sample of its peak.
+        noise_m_s2: The standard deviation of the noise. It is by default the deviation of up to 200
+            samples before the contact.
+        gain_u: The relative standard uncertainty of the sensor's gain; by default 0, none.
+
+    Raises:
+        ValueError: When `noise_m_s2` is not given and there are fewer than 16 samples before the
+            contact, and for a contact outside of the record.
     """
     values = np.asarray(acceleration_m_s2, dtype=np.float64)
     if not 0 <= first < peak < values.size - 1:
@@ -165,11 +175,22 @@ def muzzle_velocity(
     """Bullet length over the time that it stays in the beam, first passage only (a rebound may
     bring it back).
 
-    `signal` (n,) in volts or metres, of either polarity; its first fiftieth (32 samples at least)
-    shows the beam free. The edges are where it crosses half the depth of the passage, between
-    samples; uncertainty by eq. 5.2, in which the time's also holds what noise and hum move a slow
-    edge by. Raises `NoPassageError` where nothing crosses, or the bullet is in the beam at the
-    record's end; `ValueError` for NaN.
+    The edges are where the signal crosses half the depth of the passage, between samples; the
+    time's uncertainty also holds what noise and hum move a slow edge by.
+
+    Parameters:
+        signal: The laser's record (n,) in volts or metres, of either polarity. Its first fiftieth
+            (32 samples at least) shows the beam free.
+        sampling_rate_hz: Its sampling rate.
+        length_m: The length of the bullet.
+        length_u_m: The standard uncertainty of this length; by default 1 mm.
+
+    Raises:
+        NoPassageError: Where nothing crosses, or the bullet is in the beam at the record's end.
+        ValueError: For a sample that is not finite.
+
+    Source:
+        Thesis, eq. 5.2, for the uncertainty.
     """
     values = np.asarray(signal, dtype=np.float64)
     if not np.all(np.isfinite(values)):
@@ -194,8 +215,17 @@ def muzzle_velocity_uncertainty(
     *,
     time_u_s: ArrayLike,
 ) -> Floats:
-    """Standard uncertainty (m/s) of length over time, broadcasting: eq. 5.2, whose time uncertainty
-    is 1/fs."""
+    """Standard uncertainty (m/s) of length over time; the arguments are broadcast.
+
+    Parameters:
+        length_m: The length of the bullet (...,).
+        transit_time_s: The time (...,) that the bullet stays in the beam.
+        length_u_m: The standard uncertainty of the length; by default 1 mm.
+        time_u_s: The standard uncertainty of the time. That of the thesis is one sampling period.
+
+    Source:
+        Thesis, eq. 5.2.
+    """
     length, time = (
         np.asarray(length_m, dtype=np.float64),
         np.asarray(transit_time_s, dtype=np.float64),

@@ -101,8 +101,15 @@ class CampaignFile:
 
 
 def read_campaign_file(folder: Path) -> CampaignFile:
-    """Read and check `folder`/campaign.toml. Raises `IngestError` with file, key, value and what
-    was expected."""
+    """Read and check the campaign.toml of a folder.
+
+    Parameters:
+        folder: The campaign folder.
+
+    Raises:
+        IngestError: For a folder or a file that is missing, and for what is not understood, with
+            file, key, value and what was expected.
+    """
     if not folder.is_dir():
         raise IngestError(
             f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv"
@@ -152,8 +159,16 @@ def read_campaign_file(folder: Path) -> CampaignFile:
 
 
 def stated_kind_and_factors(folder: Path) -> tuple[str | None, Mapping[str, str]]:
-    """What a `campaign.toml` with faults says of `runs.csv`: the campaign's kind (None where it is
-    not one) and the factors that it declares, so that the table's faults can be told as well."""
+    """What a `campaign.toml` with faults says of `runs.csv`, so that the table's faults can be told
+    as well.
+
+    Parameters:
+        folder: The campaign folder.
+
+    Returns:
+        The campaign's kind (None where it is not one) and the factors that it declares, with what
+        they are.
+    """
     try:
         data = _load(folder / FILE)
     except IngestError:

@@ -22,8 +22,13 @@ def read_known_facts(table: Mapping[str, Any]) -> tuple[KnownFact, ...]:
     """The facts of `[known]`, by name: `gun.valve_flow.opening_time_s = { value = 0.12, u = 0.01,
     source = "..." }`.
 
-    Raises `IngestError` with every fault: a parameter or key that there is not, with those that
-    there are, a unit of another dimension, a number that is none or that the parameter cannot have.
+    Parameters:
+        table: The table as TOML gives it. Dots in its keys begin tables within tables.
+
+    Raises:
+        IngestError: With every fault: a parameter or key that there is not, with those that there
+            are, a unit of another dimension, a number that is none or that the parameter cannot
+            have.
     """
     faults = Faults()
     facts = [faults.of(_fact, name, entry) for name, entry in _entries(table, "")]

@@ -31,8 +31,15 @@ REFUSE, RESAMPLE = UNEVEN_TIME = ("refuse", "resample")
 
 
 def reading_options(data: Mapping[str, Any]) -> ReadingOptions:
-    """`[recordings]` of a campaign.toml. Raises `IngestError` with the key, its value and what was
-    expected."""
+    """The table `[recordings]` of a campaign.toml.
+
+    Parameters:
+        data: The whole file as TOML gives it. Where it lacks the table, nothing is said of the
+            recordings.
+
+    Raises:
+        IngestError: For what is not understood, with the key, its value and what was expected.
+    """
     table = data.get("recordings", {})
     if not isinstance(table, Mapping):
         raise IngestError(
@@ -149,8 +156,16 @@ class ForceSource:
 
 
 def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> ForceSource | None:
-    """The table `[force]`; None where it is empty. Raises `IngestError` with key, value and what
-    was expected."""
+    """The table `[force]` of a campaign.toml; None where it is empty.
+
+    Parameters:
+        table: The table as TOML gives it.
+        sensors: The declared sensors by channel. The table names accelerometers among them, and
+            none of them records a force.
+
+    Raises:
+        IngestError: For what is not understood, with key, value and what was expected.
+    """
     if not table:
         return None
     if problems := key_problems(table, _KEYS, "force."):

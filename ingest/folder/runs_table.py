@@ -56,6 +56,14 @@ class RunRow:
         return f"{self.file}: row {self.line}"
 
     def number(self, factor: str) -> float | None:
+        """The number that the row states for a factor.
+
+        Parameters:
+            factor: The name of the factor as it is stored, such as "tank_pressure".
+
+        Returns:
+            The number in SI; None where the row does not state the factor, or states a word.
+        """
         level = self.levels_by_factor.get(factor)
         return level.number if level else None
 
@@ -71,15 +79,23 @@ def read_runs(
     confirmed: Collection[str] = (),
     faults: Faults | None = None,
 ) -> tuple[RunRow, ...]:
-    """Read and check `folder`/runs.csv, or runs.xlsx or runs.xls in its place.
+    """Read and check the runs.csv of a folder, or runs.xlsx or runs.xls in its place.
 
-    Raises `IngestError` with file, row, column, value and what was expected.
+    Delimiter (comma, semicolon, tab) and decimal comma are recognised.
 
-    Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside
-    `folder` and exist. `declared` (with what they are) and `confirmed` are columns that are free
-    factors though they resemble a known one. A `kind` of None, of a campaign.toml with faults, asks
-    for no column of its own. Where `faults` are given, all of the table's are kept there, and the
-    rows without are returned.
+    Parameters:
+        folder: The campaign folder. Recordings must lie inside it and exist.
+        kind: The kind of the campaign, "hammer" or "gun". None, of a campaign.toml with faults,
+            asks for no column of its own.
+        materials: A reader of material names; it gives None for an unknown one.
+        declared: Columns that are free factors though they resemble a known one, with what they
+            are, by `[factors]` of campaign.toml; by default none.
+        confirmed: Further such columns that the user named; by default none.
+        faults: Takes all of the table's faults, and the rows without a fault are returned; by
+            default (None) the faults are raised.
+
+    Raises:
+        IngestError: With every fault: file, row, column, value and what was expected.
     """
     own = Faults()
     name = own.attempt(_file_name, folder) or ""

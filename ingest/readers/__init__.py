@@ -53,7 +53,15 @@ __all__ = [
 
 
 def reader_for(path: Path) -> Reader:
-    """The reader of the path's suffix; `RecordingError` with the known suffixes otherwise."""
+    """The reader of the path's suffix.
+
+    Parameters:
+        path: The file of the recording. Only its name is looked at; capital letters of the suffix
+            do not matter.
+
+    Raises:
+        RecordingError: Where no reader has this suffix; the message names the known suffixes.
+    """
     suffix = Path(path).suffix.lower()
     for reader in READERS:
         if suffix in reader.suffixes:
@@ -102,7 +110,15 @@ def _accepted(name: str, kind: Any) -> Reader:
 
 
 def open_recording(path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
-    """The recording at `path`, held open: use as a context manager. Raises `RecordingError`."""
+    """A recording, held open: use as a context manager.
+
+    Parameters:
+        path: The file of the recording.
+        options: What a laboratory says of its files where these do not; by default nothing.
+
+    Raises:
+        RecordingError: Where no reader has the file's suffix, and as `Reader.open`.
+    """
     return reader_for(path).open(Path(path), options)
 
 
@@ -111,6 +127,10 @@ def may_crash(path: Path) -> bool:
 
     libhdf5 does either on about one in 3000 wrong bytes of its metadata; no other library has been
     seen to.
+
+    Parameters:
+        path: The file of the recording. One with a suffix of MAT or HDF5 is opened for a look at
+            its signature.
     """
     if Path(path).suffix.lower() not in (*MatReader.suffixes, *Hdf5Reader.suffixes):
         return False

@@ -81,12 +81,23 @@ class OpenRecording(ABC):
 
     @abstractmethod
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
-        """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`:
-        to the end."""
+        """Samples of a channel as they are in the file.
+
+        Parameters:
+            name: The name of the channel.
+            start: The first sample; by default that of the record.
+            stop: The sample before which the slice ends; by default (None) the end of the record.
+
+        Returns:
+            The samples (n,) in native byte order, with the dtype of the file.
+        """
 
     def names(self, name: str) -> bool:
-        """Whether the file has something of this name, but for repeated blanks, be it readable or
-        not."""
+        """Whether the file has something of a name, be it readable or not.
+
+        Parameters:
+            name: The name of a channel. Repeated blanks count as one.
+        """
         return any(
             collapse_blanks(channel.name) == collapse_blanks(name) for channel in self.channels
         )
@@ -95,9 +106,15 @@ class OpenRecording(ABC):
         """Release the file. The default holds nothing."""
 
     def info(self, name: str) -> ChannelInfo:
-        """The channel called `name`, or the only one so called but for repeated blanks.
+        """What the file declares of a channel.
 
-        Raises `RecordingError` naming those there are otherwise.
+        Parameters:
+            name: The name of the channel, or that of the only one so called but for repeated
+                blanks.
+
+        Raises:
+            RecordingError: Where there is no such channel, or several are alike; the message names
+                those there are.
         """
         for channel in self.channels:
             if channel.name == name:
@@ -140,19 +157,39 @@ class Reader(ABC):
 
     @abstractmethod
     def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
-        """Open `path`; `RecordingError` when it is not a whole file of this format, or contradicts
-        `options`."""
+        """Open a recording.
+
+        Parameters:
+            path: The file of the recording.
+            options: What a laboratory says of its files where these do not; by default nothing.
+
+        Raises:
+            RecordingError: When it is not a whole file of this format, or contradicts `options`.
+        """
 
 
 def collapse_blanks(name: str) -> str:
     """A name with one blank for every run of blanks: instruments print `Force  1`, people write
-    `Force 1`."""
+    `Force 1`.
+
+    Parameters:
+        name: The name of a channel. Blanks at its ends are left out.
+    """
     return " ".join(name.split())
 
 
 def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:
-    """Raise `RecordingError` when a declared size is beyond anything the file can hold, before
-    allocating it."""
+    """Look whether a file can hold what it declares, before memory is allocated for it.
+
+    Parameters:
+        path: The file of the recording.
+        name: The name of the channel, for the message.
+        samples: The number of samples that the file declares.
+        itemsize: The size of one sample in bytes.
+
+    Raises:
+        RecordingError: When the declared size is beyond anything the file can hold.
+    """
     declared = samples * itemsize
     held = path.stat().st_size
     if samples > MAX_SAMPLES_PER_CHANNEL:
@@ -168,11 +205,17 @@ def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:
 
 
 def rate_from_step(step_s: float, relative: float = 1e-9) -> float:
-    """Sampling rate (Hz) of a step (s) known to within `relative`: the roundest number the step
-    allows.
+    """Sampling rate of a step: the roundest number the step allows.
 
     Recorders run at round rates and files print steps with few digits: UFF 58 keeps six, so that
     51200 Hz comes back as 1.95313e-05 s, which alone would give 51199.87 Hz.
+
+    Parameters:
+        step_s: The time from sample to sample.
+        relative: The share of itself to within which the step is known; by default 1e-9.
+
+    Returns:
+        The sampling rate in Hz.
     """
     rate = 1.0 / step_s
     for decimals in range(-6, 4):

@@ -61,8 +61,19 @@ class PlanLinks:
 
 
 def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | None:
-    """`link_campaign` with the plan named; without a name, with the campaign's own, or not at all
-    (None)."""
+    """`link_campaign` with a plan that may not be named.
+
+    Parameters:
+        store: The open store that holds both.
+        campaign: The name of the campaign.
+        plan: The name of the plan; None is the campaign's own, the plan of the same name.
+
+    Returns:
+        What was linked; None where no plan is named and the campaign has none of its own.
+
+    Raises:
+        IngestError: As `link_campaign`.
+    """
     if plan is None:
         with store.reading() as session:
             if session.scalar(select(Plan.id).where(Plan.name == campaign)) is None:
@@ -71,17 +82,33 @@ def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | N
 
 
 def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
-    """Point the campaign's impacts and shots to the runs of `plan`, which makes those done that
+    """Point the campaign's impacts and shots to the runs of a plan, which makes those done that
     have enough of them.
 
-    Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan,
-    or another kind.
+    Safe to repeat: what is linked stays so.
+
+    Parameters:
+        store: The open store that holds both.
+        campaign: The name of the campaign.
+        plan: The name of the plan.
+
+    Raises:
+        IngestError: For an unknown campaign or plan, or another kind.
     """
     return store.write(lambda session: link_within(session, campaign, plan), idempotent=True)
 
 
 def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
-    """`link_campaign` in a transaction of the caller's."""
+    """`link_campaign` in a transaction of the caller's.
+
+    Parameters:
+        session: A session that writes to the store.
+        campaign: The name of the campaign.
+        plan: The name of the plan.
+
+    Raises:
+        IngestError: As `link_campaign`.
+    """
     take_advisory_lock(session, plan_turn(plan))
     campaign_row, plan_row = _rows(session, campaign, plan)
     planned = {

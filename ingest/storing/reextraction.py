@@ -56,15 +56,26 @@ class HitReextraction:
 
     def pulse_of(self, impact: int) -> ExtractedPulse | None:
         """The pulse of an impact; None where they cannot be told apart, or it is another
-        recording's."""
+        recording's.
+
+        Parameters:
+            impact: The key of the impact.
+        """
         if self.mismatch is not None or impact not in self.impacts:
             return None
         return self.pulses[self.impacts.index(impact)]
 
 
 def impacts_of(session: Session, recording: int) -> list[int]:
-    """Impacts of a recording in the order of their contacts; those without a contact are left
-    out."""
+    """Impacts of a recording in the order of their contacts; those without a contact are left out.
+
+    Parameters:
+        session: A session of the store.
+        recording: The key of the recording.
+
+    Returns:
+        The keys of the impacts.
+    """
     query = (
         select(Impact.id)
         .join(PulseRow, PulseRow.impact_id == Impact.id)
@@ -78,20 +89,47 @@ def impacts_of(session: Session, recording: int) -> list[int]:
 def reextract_stored_hits(
     session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings
 ) -> HitReextraction:
-    """The recording's hits by these settings; nothing is stored. Raises as `force_channels`."""
+    """The recording's hits by other settings; nothing is stored.
+
+    Parameters:
+        session: A session of the store.
+        recording: The key of the recording.
+        impacts: The keys of its impacts, in the order of their contacts.
+        settings: How pulses are cut out.
+
+    Raises:
+        SeriesError: As `force_channels`.
+    """
     return reextract_recording_hits(force_channels(session, recording), impacts, settings)
 
 
 def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
-    """What contacts are looked for in. Raises `schema.series.SeriesError` where samples are
-    damaged."""
+    """What contacts are looked for in.
+
+    Parameters:
+        session: A session of the store.
+        recording: The key of the recording.
+
+    Returns:
+        The force channels of the recording, with all samples.
+
+    Raises:
+        SeriesError: Where samples are damaged.
+    """
     return _channels(session, recording, "force")
 
 
 def reextract_recording_hits(
     channels: Sequence[Channel], impacts: Sequence[int], settings: ExtractionSettings
 ) -> HitReextraction:
-    """`reextract_stored_hits` of samples that were read; without the store."""
+    """`reextract_stored_hits` of samples that were read; without the store.
+
+    Parameters:
+        channels: The force channels of the recording, and its acceleration channels where figures
+            are wanted too.
+        impacts: The keys of its impacts, in the order of time.
+        settings: How pulses are cut out.
+    """
     hits = hits_of(list(channels), settings, len(impacts))
     figures = measure_channels(channels, hits, len(impacts), settings)
     return HitReextraction(settings, tuple(impacts), hits.pulses, figures.impacts)
@@ -100,7 +138,16 @@ def reextract_recording_hits(
 def stored_versions(
     session: Session, impacts: Sequence[int], settings: ExtractionSettings
 ) -> list[int]:
-    """Pulses that were already cut with these settings."""
+    """Pulses that were already cut with some settings.
+
+    Parameters:
+        session: A session of the store.
+        impacts: The keys of the impacts.
+        settings: How the pulses were cut out.
+
+    Returns:
+        The keys of the pulses.
+    """
     query = select(PulseRow.id).join(PulseRow.settings).where(PulseRow.impact_id.in_(impacts))
     return list(
         session.scalars(query.where(PulseRow.settings.has(fingerprint=settings.fingerprint)))
@@ -108,14 +155,27 @@ def stored_versions(
 
 
 def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) -> None:
-    """Make these versions the ones in use."""
+    """Make versions of pulses the ones in use.
+
+    Parameters:
+        session: A session that writes to the store.
+        impacts: The keys of the impacts, whose pulses in use until now are so no more.
+        pulses: The keys of the pulses that come into use, at most one of each impact.
+    """
     _retire(session, impacts)
     session.execute(update(PulseRow).where(PulseRow.id.in_(pulses)).values(current=True))
 
 
 def add_versions(session: Session, hits: HitReextraction) -> None:
-    """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told
-    apart."""
+    """Store pulses as the versions in use.
+
+    Parameters:
+        session: A session that writes to the store.
+        hits: The pulses with their impacts and settings.
+
+    Raises:
+        ValueError: Where the pulses cannot be told apart.
+    """
     if hits.mismatch is not None:
         raise ValueError(hits.mismatch)
     key = settings_id(session, hits.settings)
@@ -134,7 +194,15 @@ def _retire(session: Session, impacts: Sequence[int]) -> None:
 
 def impacts_without_contact(session: Session, recording: int) -> list[int]:
     """Impacts of a recording of which none has a pulse, in the order of their rows; empty where
-    some has one."""
+    some has one.
+
+    Parameters:
+        session: A session of the store.
+        recording: The key of the recording.
+
+    Returns:
+        The keys of the impacts.
+    """
     if impacts_of(session, recording):
         return []
     return list(
@@ -145,13 +213,29 @@ def impacts_without_contact(session: Session, recording: int) -> list[int]:
 
 
 def has_figures(session: Session, impacts: Sequence[int]) -> bool:
-    """Whether any of these impacts has figures of its accelerations."""
+    """Whether any of some impacts has figures of its accelerations.
+
+    Parameters:
+        session: A session of the store.
+        impacts: The keys of the impacts.
+    """
     query = select(ChannelFigures.id).where(ChannelFigures.impact_id.in_(impacts)).limit(1)
     return session.scalar(query) is not None
 
 
 def acceleration_channels(session: Session, recording: int) -> tuple[Channel, ...]:
-    """What is measured of each impact. Raises as `force_channels`."""
+    """What is measured of each impact.
+
+    Parameters:
+        session: A session of the store.
+        recording: The key of the recording.
+
+    Returns:
+        The acceleration channels of the recording, with all samples.
+
+    Raises:
+        SeriesError: As `force_channels`.
+    """
     return _channels(session, recording, "acceleration")
 
 
@@ -166,8 +250,17 @@ def _channels(session: Session, recording: int, quantity: str) -> tuple[Channel,
 def replace_figures(
     session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]
 ) -> int:
-    """Store the figures of a recording's accelerations instead of those that were there; how many
-    impacts have them."""
+    """Store the figures of a recording's accelerations instead of those that were there.
+
+    Parameters:
+        session: A session that writes to the store.
+        recording: The key of the recording.
+        impacts: The keys of its impacts.
+        figures: The figures of each impact by channel, in the order of `impacts`.
+
+    Returns:
+        The number of impacts that have figures.
+    """
     session.execute(delete(ChannelFigures).where(ChannelFigures.impact_id.in_(impacts)))
     channels = {row.name: row.id for row in list_channels(session, recording)}
     session.add_all(ChannelFigures(**row) for row in figure_rows(figures, impacts, channels))
@@ -200,12 +293,21 @@ def reextract(
     progress: Callable[[int, int, str], None] | None = None,
     executor: ExecutorConfig = HERE,
 ) -> ReextractionReport:
-    """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an
-    unknown campaign.
+    """Cut every recording of a campaign again, one transaction each.
 
     A recording in which the new settings find another number of impacts is skipped and named: which
-    pulse belongs to which impact would be a guess. So is one with damaged samples. `executor` cuts;
-    reading and storing stay here.
+    pulse belongs to which impact would be a guess. So is one with damaged samples.
+
+    Parameters:
+        store: The open store that holds the campaign.
+        campaign: The name of the campaign.
+        settings: How pulses are cut out.
+        progress: Called with (done, total, path) after each recording; by default progress is not
+            reported.
+        executor: Where pulses are cut, by default in this process; reading and storing stay here.
+
+    Raises:
+        LookupError: For an unknown campaign.
     """
     report = ReextractionReport(campaign)
     with store.reading() as session:
@@ -227,7 +329,16 @@ def reextract(
 def reextract_recording(
     store: Store, recording_key: int, settings: ExtractionSettings
 ) -> ReextractionReport:
-    """`reextract` of one recording, with all its hits. Raises as `preview_impacts`."""
+    """`reextract` of one recording, with all its hits.
+
+    Parameters:
+        store: The open store that holds the recording.
+        recording_key: The key of the recording.
+        settings: How pulses are cut out.
+
+    Raises:
+        LookupError: As `preview_impacts`.
+    """
     with store.reading() as session:
         campaign, path, _ = _recording(session, recording_key)
     report = ReextractionReport(campaign)
@@ -241,8 +352,15 @@ def preview_impacts(
 ) -> HitReextraction:
     """What `reextract_recording` would store of a recording; nothing is.
 
-    Raises `LookupError` for a recording that there is not, was set aside, or in which no contact
-    was found.
+    Parameters:
+        store: The open store that holds the recording.
+        recording_key: The key of the recording.
+        settings: How pulses are cut out.
+
+    Raises:
+        LookupError: For a recording that there is not, was set aside, or in which no contact was
+            found.
+        SeriesError: As `force_channels`.
     """
     with store.reading() as session:
         _, _, impacts = _recording(session, recording_key)

@@ -60,7 +60,11 @@ class IngestReport:
         }
 
     def sum_up(self, session: Session) -> None:
-        """Totals and findings as they stand in the store."""
+        """Totals and findings as they stand in the store.
+
+        Parameters:
+            session: A session of the store.
+        """
         row = session.execute(
             select(Campaign.id, Campaign.kind).where(Campaign.name == self.campaign)
         ).one_or_none()

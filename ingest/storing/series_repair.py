@@ -37,11 +37,16 @@ class RepairReport:
 
 
 def repair_series(store: Store, folder: Path) -> RepairReport:
-    """Write the damaged series of the campaign in `folder` anew from its files, one transaction a
-    recording.
+    """Write the damaged series of a campaign anew from its files, one transaction a recording.
 
-    Nothing else changes: the samples must be those whose SHA-256 the store holds. Raises
-    `IngestError` for a folder that is no campaign of the store.
+    Nothing else changes: the samples must be those whose SHA-256 the store holds.
+
+    Parameters:
+        store: The open store that holds the campaign.
+        folder: The campaign folder.
+
+    Raises:
+        IngestError: For a folder that is no campaign of the store.
     """
     file = read_campaign_file(folder)
     report = RepairReport(file.name)

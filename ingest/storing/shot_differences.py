@@ -61,7 +61,13 @@ class CommonDifference:
 def common_difference(
     pairs: Sequence[ValuePair], *, with_offset: bool = False
 ) -> CommonDifference | None:
-    """None where most shots agree, or differ each in its own way."""
+    """What most shots differ by alike. None where most shots agree, or differ each in its own way.
+
+    Parameters:
+        pairs: The value of the row and that of the recording, for each shot.
+        with_offset: Whether a constant difference, as of absolute and gauge pressures, may explain
+            it as well; by default only a factor may.
+    """
     off = sum(pair.differs() for pair in pairs)
     if len(pairs) < _LEAST_SHOTS or off < _OFF_SHARE * len(pairs):
         return None
@@ -109,7 +115,12 @@ def common_difference(
 
 def campaign_differences(session: Session, campaign_id: int) -> list[Finding]:
     """At most one `warning` of each column of velocities and one of pressures, of the first shot's
-    channels."""
+    channels.
+
+    Parameters:
+        session: A session of the store.
+        campaign_id: The key of the campaign.
+    """
     velocities, at_plate, pressures, laser, tank = _stored_pairs(session, campaign_id)
     findings = []
     of_velocity = common_difference(velocities)

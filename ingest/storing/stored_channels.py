@@ -18,15 +18,30 @@ from ..extraction.recording import CALIBRATION
 
 
 def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:
-    """Rows of a recording's channels, by name; no sample is read."""
+    """Rows of a recording's channels, by name; no sample is read.
+
+    Parameters:
+        session: A session of the store.
+        recording_id: The key of the recording.
+    """
     query = select(RecordedChannel).where(RecordedChannel.recording_id == recording_id)
     return list(session.scalars(query.order_by(RecordedChannel.name)))
 
 
 def read_samples(session: Session, row: RecordedChannel, first: int, stop: int) -> NDArray[Any]:
-    """Samples `first:stop` (0 <= first <= stop <= samples) as recorded.
+    """Samples of a stored channel as recorded.
 
-    Raises `schema.series.SeriesError` with recording, channel and chunk where they are damaged.
+    Parameters:
+        session: A session of the store.
+        row: The row of the channel.
+        first: The first sample: 0 <= first <= stop <= samples.
+        stop: The sample before which the slice ends.
+
+    Returns:
+        The samples (stop - first,) in the dtype of the file, without units.
+
+    Raises:
+        SeriesError: Where the samples are damaged, with recording, channel and chunk.
     """
     try:
         return read_slice(session.connection(), row.id, layout_of(row), first, stop)
@@ -38,8 +53,19 @@ def read_samples(session: Session, row: RecordedChannel, first: int, stop: int) 
 def read_channel(
     session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None
 ) -> Channel:
-    """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks
-    are damaged."""
+    """Samples of a stored channel, with its sensor and its clock.
+
+    Parameters:
+        session: A session of the store.
+        row: The row of the channel.
+        start: The first sample. A negative one counts from the end; by default (None) the first of
+            the record.
+        stop: The sample before which the slice ends. A negative one counts from the end; by default
+            (None) the end of the record.
+
+    Raises:
+        SeriesError: When the chunks of the channel are damaged.
+    """
     first, last = resolve(start, stop, row.samples)
     recorded = read_samples(session, row, first, last)
     sensor = Sensor(
@@ -60,6 +86,10 @@ def read_channel(
 
 
 def calibration_of(header: Mapping[str, Any]) -> Calibration | None:
-    """The calibration that a stored header holds."""
+    """The calibration that a stored header holds; None where it holds none.
+
+    Parameters:
+        header: The header of the channel's row.
+    """
     table = header.get(CALIBRATION)
     return Calibration.from_json(table) if isinstance(table, Mapping) else None

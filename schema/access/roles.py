@@ -69,7 +69,14 @@ LOGIN = text(
 
 
 def names_in(connection: Connection) -> dict[str, Any]:
-    """All names of the statements, quoted."""
+    """All names of the statements, quoted.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL, whose tables are listed.
+
+    Returns:
+        What `psycopg.sql` puts into a statement, by the key in its braces.
+    """
     from psycopg.sql import SQL
 
     def listed(tables: list[str]) -> Any:
@@ -93,14 +100,24 @@ def names_in(connection: Connection) -> dict[str, Any]:
 
 
 def identifier(name: str) -> Any:
-    """A name as PostgreSQL quotes it in a statement."""
+    """A name as PostgreSQL quotes it in a statement.
+
+    Parameters:
+        name: The name of a role, a schema, a table or a column, without quotes.
+    """
     from psycopg.sql import Identifier
 
     return Identifier(name)
 
 
 def run(connection: Connection, statement: str, names: dict[str, Any]) -> None:
-    """Executes a statement with the quoted `names` in its braces."""
+    """Executes a statement with quoted names.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL.
+        statement: The statement, with a key in braces for each name.
+        names: The quoted names by key, as `names_in` gives them.
+    """
     from psycopg.sql import SQL
 
     connection.exec_driver_sql(SQL(statement).format(**names).as_string())
@@ -121,8 +138,14 @@ def grant_roles(connection: Connection) -> bool:
     """Make the roles that the server lacks, and give each its rights in this store, whose tables
     become the admin's.
 
-    May be run again: what is there stays. False where a role is missing and the login may not make
-    one (it lacks CREATEROLE): nothing is granted then.
+    May be run again: what is there stays.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL, within a transaction.
+
+    Returns:
+        False where a role is missing and the login may not make one (it lacks CREATEROLE), and
+        nothing is granted then; else True.
     """
     _act_as_login(connection)
     _, may_make, is_super = connection.execute(LOGIN).one()
@@ -145,7 +168,11 @@ def grant_roles(connection: Connection) -> bool:
 
 def grant_rights(connection: Connection) -> None:
     """Give each role, which must be there, its rights on the store's tables and functions, and no
-    more."""
+    more.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL, within a transaction.
+    """
     names = names_in(connection)
     for statement in OF_THE_TABLES:
         run(connection, statement, names)
@@ -171,14 +198,22 @@ def grant_rights(connection: Connection) -> None:
 
 def owns(connection: Connection) -> bool:
     """Whether the login, or a role it is a member of, owns the store: another's grants have no
-    effect."""
+    effect.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL.
+    """
     owner = connection.scalar(_OWNER, {"table": VERSION})
     return owner is None or bool(connection.scalar(_MEMBER, {"role": owner, "how": "USAGE"}))
 
 
 def act_as_owner(connection: Connection) -> None:
     """Where the tables are the admin's, be the admin for this transaction: what it makes is the
-    admin's, too."""
+    admin's, too.
+
+    Parameters:
+        connection: A connection to a store on PostgreSQL, within a transaction.
+    """
     if connection.scalar(_OWNER, {"table": VERSION}) == ADMIN and _may_act_as_admin(connection):
         run(connection, "SET LOCAL ROLE {admin}", {"admin": identifier(ADMIN)})
 
@@ -253,8 +288,15 @@ class Role:
 def ensure_roles(engine: Engine) -> list[Role]:
     """Make the roles that are missing and grant what they lack, in one transaction; safe to repeat.
 
-    Raises `StoreRoleError` for a login that does not own the store, and `StoreError` where there
-    are no roles (SQLite), or the login may not make them.
+    Parameters:
+        engine: The engine of the store.
+
+    Returns:
+        All roles, with the logins that have them.
+
+    Raises:
+        StoreRoleError: For a login that does not own the store.
+        StoreError: Where there are no roles (SQLite), or the login may not make them.
     """
     if engine.dialect.name != "postgresql":
         raise StoreError(
@@ -283,7 +325,11 @@ def ensure_roles(engine: Engine) -> list[Role]:
 
 def without_roles(engine: Engine) -> str | None:
     """What to tell who has just made or upgraded a store whose roles could not be made; None where
-    all is well."""
+    all is well.
+
+    Parameters:
+        engine: The engine of the store. One of SQLite has no roles, and gives None.
+    """
     if engine.dialect.name != "postgresql":
         return None
     with engine.connect() as connection:
@@ -292,7 +338,11 @@ def without_roles(engine: Engine) -> str | None:
 
 
 def how_to_make_roles(missing: list[str]) -> str:
-    """The next step of a login that may not make roles."""
+    """The next step of a login that may not make roles.
+
+    Parameters:
+        missing: The names of the roles that the server lacks.
+    """
     return (
         f"the server has no role {', '.join(missing)}, and this login may not "
         f"make one: with a login that has "

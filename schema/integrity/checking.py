@@ -65,8 +65,13 @@ _OF_A_CAMPAIGN: tuple[Check, ...] = (
 
 
 def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, ...]:
-    """The checks to make: without reading series and pulses (`fast`), or only those of one
-    campaign's own rows."""
+    """The checks to make.
+
+    Parameters:
+        fast: Whether series and pulses are left unread; by default every byte of every series is
+            read.
+        of_a_campaign: Whether only those of one campaign's own rows are made; by default all are.
+    """
     chosen = _FAST if fast else _THOROUGH
     return tuple(check for check in chosen if check in _OF_A_CAMPAIGN) if of_a_campaign else chosen
 
@@ -82,7 +87,15 @@ def iter_findings(
     campaign: int | None = None,
     progress: Progress | None = None,
 ) -> Iterator[IntegrityFinding]:
-    """What the chosen checks find, in the whole store or in one campaign (its key)."""
+    """What checks find, in the whole store or in one campaign.
+
+    Parameters:
+        connection: A connection to the store.
+        chosen: The checks, as `checks` gives them.
+        campaign: The key of the campaign; by default (None) the whole store is checked.
+        progress: Called with (done, total, what) while series are read, in samples; by default
+            progress is not reported.
+    """
     scope = Scope(campaign)
     if progress is not None and check_series in chosen:
         scope = Scope(campaign, ProgressBar(progress, _samples(connection, scope)))

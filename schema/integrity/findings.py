@@ -55,14 +55,27 @@ class Scope:
     bar: ProgressBar = field(default_factory=lambda: ProgressBar(None, 0))
 
     def within(self, query: Query, campaign: Any) -> Query:
-        """The query's rows of this scope, by its column that holds the campaign's key."""
+        """The query's rows of this scope.
+
+        Parameters:
+            query: The select of the rows.
+            campaign: The column that holds the campaign's key.
+        """
         return query if self.campaign is None else query.where(campaign == self.campaign)
 
     def iter_rows(
         self, connection: Connection, query: Query, campaign: Any, key: Any, page: int
     ) -> Iterator[Any]:
-        """The query's rows of this scope in the order of `key` (its column "id"), a page at a time:
-        other queries may run in between."""
+        """The query's rows of this scope in the order of their key, a page at a time: other queries
+        may run in between.
+
+        Parameters:
+            connection: A connection to the store.
+            query: The select of the rows. It has the key as its column "id".
+            campaign: The column that holds the campaign's key.
+            key: The column of the key.
+            page: The largest number of rows that are fetched at a time.
+        """
         query, after = self.within(query, campaign).order_by(key).limit(page), 0
         while rows := connection.execute(query.where(key > after)).all():
             yield from rows

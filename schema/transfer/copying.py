@@ -36,8 +36,16 @@ _LARGEST = 2**31 - 1
 
 
 def check_engine_limits(connection: Connection, table: Table, engine: str) -> None:
-    """Raise `StoreError` where a row of `table` holds what `engine` ("sqlite", "postgresql")
-    cannot."""
+    """Look for rows of a table that another engine cannot keep.
+
+    Parameters:
+        connection: A connection to the store that holds the rows.
+        table: The table of the rows.
+        engine: The engine that the rows are copied to, "sqlite" or "postgresql".
+
+    Raises:
+        StoreError: Where a row holds what the engine cannot; the message names column and value.
+    """
     if connection.dialect.name == engine:
         return
     suspects = list((_postgres_cannot if engine == "postgresql" else _sqlite_cannot)(table))
@@ -78,7 +86,13 @@ def initialise_store(engine: Engine) -> Iterator[Connection]:
     """A connection to a store without any row, which is there once the block ends well.
 
     A kill leaves an empty database, or an empty file with a journal that the next look at it takes
-    back. Raises `StoreError` where the place holds anything.
+    back.
+
+    Parameters:
+        engine: The engine of the empty place. A file of SQLite may be missing.
+
+    Raises:
+        StoreError: Where the place holds anything.
     """
     file = _file_of(engine)
     was_there = file is not None and file.exists()
@@ -157,7 +171,21 @@ def transfer(
     bar: ProgressBar,
     where: ColumnElement[bool] | None = None,
 ) -> TableDigest:
-    """Copy the rows of a table (those `where` holds) as they are; what was read, as a digest."""
+    """Copy the rows of a table as they are.
+
+    Parameters:
+        origin: A connection to the store that is read.
+        copy: A connection to the store that is written, whose table is empty.
+        table: The table of the rows.
+        bar: Is told of each row that was copied.
+        where: The condition of the rows that are copied; by default all are.
+
+    Returns:
+        What was read, as a digest.
+
+    Raises:
+        StoreError: Where the other store refuses a row.
+    """
     digest = TableDigest()
     try:
         load(
@@ -171,7 +199,17 @@ def transfer(
 
 
 def verify(copy: Connection, table: Table, written: TableDigest, bar: ProgressBar) -> None:
-    """Raise `StoreError` where the table does not hold what was written to it."""
+    """Read a table back and compare it with what was written to it.
+
+    Parameters:
+        copy: A connection to the store that was written.
+        table: The table that is read back.
+        written: The digest of what was written.
+        bar: Is told of each row that was read.
+
+    Raises:
+        StoreError: Where the table does not hold what was written to it.
+    """
     digest = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
     if digest != written:
         raise StoreError(
@@ -192,10 +230,20 @@ class CopiedTable:
 def copy_store(
     source: Store, target: Engine, progress: Progress | None = None
 ) -> list[CopiedTable]:
-    """Copy a store into the empty place at `target`.
+    """Copy a store into an empty place.
 
     The source is read in one state; the target is a store once all of it is there, read back and
-    found equal. Raises `StoreError` otherwise, and leaves the target empty.
+    found equal.
+
+    Parameters:
+        source: The open store that is read.
+        target: The engine of the empty place.
+        progress: Called with (done, total, what), in rows that are copied and then read back; by
+            default progress is not reported.
+
+    Raises:
+        StoreError: Where the place is not empty or the copy is not equal; the target is then left
+            empty.
     """
     with source.reading() as session, initialise_store(target) as copy:
         origin = session.connection()

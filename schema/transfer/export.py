@@ -45,10 +45,20 @@ from .merge_rules import WRITERS
 def export_campaign(
     store: Store, campaign: str, out: Path, progress: Progress | None = None
 ) -> dict[str, int]:
-    """Write the campaign to the new file `out`, which appears when it is whole; rows by table.
+    """Write a campaign to a new file, which appears when it is whole.
 
-    Raises `LookupError` for an unknown campaign, `StoreError` where `out` is there already or the
-    campaign is damaged: nobody could import it.
+    Parameters:
+        store: The open store that holds the campaign.
+        campaign: The name of the campaign.
+        out: The path of the new file.
+        progress: Called with (done, total, what), in rows; by default progress is not reported.
+
+    Returns:
+        The number of rows that were written, by table.
+
+    Raises:
+        LookupError: For an unknown campaign.
+        StoreError: Where `out` is there already or the campaign is damaged: nobody could import it.
     """
     if out.exists():
         raise StoreError(f"{out} is there already; name a new file")
@@ -70,7 +80,11 @@ def export_campaign(
 
 
 def address_of(file: Path) -> str:
-    """The address of the store in a file."""
+    """The address of the store in a file.
+
+    Parameters:
+        file: The path of the file.
+    """
     return URL.create("sqlite", database=str(file)).render_as_string()
 
 
@@ -137,8 +151,17 @@ class ForeignFileError(StoreError):
 
 @contextmanager
 def opened_file(file: Path, progress: Progress | None = None) -> Iterator[Connection]:
-    """A connection to a file that has passed all checks, in one state. Raises
-    `ForeignFileError`."""
+    """A connection to a file that has passed all checks, in one state.
+
+    Parameters:
+        file: The path of the file, as `export_campaign` wrote it.
+        progress: Called with (done, total, what) while series are checked, in samples; by default
+            progress is not reported.
+
+    Raises:
+        ForeignFileError: For a file that does not pass its checks.
+        StoreVersionError: For a file of another version of this software.
+    """
     # Not an engine of ours: that one writes (its journal's mode), and trusts what it opens.
     engine = create_engine("sqlite://", creator=lambda: _connected(file), poolclass=NullPool)
     try:
@@ -241,11 +264,22 @@ class Archive:
 def write_archive(
     store: Store, campaign: str, out: Path, progress: Progress | None = None
 ) -> Archive:
-    """Write the campaign to `out` and read the file back with every check of a file from elsewhere.
+    """Write a campaign to a file and read the file back with every check of a file from elsewhere.
 
-    A file that an earlier call has written whole is read back and taken as it is. Raises as
-    `export_campaign`, and `ForeignFileError` where the file does not hold what the store holds; the
-    store is not changed.
+    The store is not changed.
+
+    Parameters:
+        store: The open store that holds the campaign.
+        campaign: The name of the campaign.
+        out: The path of the file. A file that an earlier call has written whole is read back and
+            taken as it is.
+        progress: Called with (done, total, what), in rows, then in samples; by default progress is
+            not reported.
+
+    Raises:
+        LookupError: As `export_campaign`.
+        StoreError: As `export_campaign`.
+        ForeignFileError: Where the file does not hold what the store holds.
     """
     with store.reading() as session:
         expected = content_hash(session, campaign_part(session, campaign))
@@ -262,14 +296,31 @@ def write_archive(
 
 
 def read_archive(file: Path, progress: Progress | None = None) -> Archive:
-    """What a file holds. Raises `ForeignFileError` where it does not pass its checks, or holds no
-    single campaign."""
+    """What a file with one campaign holds.
+
+    Parameters:
+        file: The path of the file.
+        progress: Called with (done, total, what) while series are checked, in samples; by default
+            progress is not reported.
+
+    Raises:
+        ForeignFileError: Where the file does not pass its checks, or holds no single campaign.
+        StoreVersionError: As `opened_file`.
+    """
     with opened_file(file, progress) as origin:
         return archive_of(file, origin)
 
 
 def archive_of(file: Path, origin: Connection) -> Archive:
-    """The same of a file that is open and has passed its checks."""
+    """What a file with one campaign holds, which is open and has passed its checks.
+
+    Parameters:
+        file: The path of the file.
+        origin: The connection to the file that `opened_file` gives.
+
+    Raises:
+        ForeignFileError: Where the file holds no single campaign.
+    """
     names = list(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
     if len(names) != 1:
         raise ForeignFileError(

@@ -85,7 +85,13 @@ SETTLED: dict[str, Callable[[Connection, Any, Row, Writer], Settled]] = {
 
 
 def leave_in_use(target: Connection, rows: list[dict[str, Any]]) -> None:
-    """New versions of pulses do not push aside those that are in use here."""
+    """New versions of pulses do not push aside those that are in use here.
+
+    Parameters:
+        target: A connection to the store that takes the rows.
+        rows: The new rows of pulses by column, of impacts of that store. `current` becomes false in
+            place where another pulse of the impact is in use.
+    """
     current_impacts = {row["impact_id"] for row in rows if row["current"]}
     used: set[int] = set()
     if current_impacts:  # at most a batch of them
@@ -118,8 +124,14 @@ class Merge:
         self._writers: dict[int, int] = {}
 
     def take(self, rule: MergeRule) -> None:
-        """Merge a table. Raises `MergeRefusedError` where a row here is another under the same
-        key."""
+        """Merge a table, after those that it points at.
+
+        Parameters:
+            rule: The table, and how its rows are merged.
+
+        Raises:
+            MergeRefusedError: Where a row here is another under the same key.
+        """
         self._keys[rule.table], self._new[rule.table] = {}, set()
         names = rule.of.columns.keys()
         for batch in iter_batches(self._origin, rule.of):
@@ -255,10 +267,20 @@ class ImportReport:
 
 
 def import_file(store: Store, file: Path, progress: Progress | None = None) -> ImportReport:
-    """Merge the campaigns of `file` into the store, in one transaction.
+    """Merge the campaigns of a file into the store, in one transaction.
 
-    Raises `ForeignFileError` for a file that does not pass its checks, `MergeRefusedError` where
-    the store holds another thing under the same name; nothing is changed then.
+    Parameters:
+        store: The open store that takes the campaigns.
+        file: The path of the file, as `export_campaign` wrote it.
+        progress: Called with (done, total, what) while series are checked, in samples; by default
+            progress is not reported.
+
+    Raises:
+        ForeignFileError: For a file that does not pass its checks or breaks a rule of the store;
+            nothing is changed then.
+        StoreVersionError: As `opened_file`.
+        MergeRefusedError: Where the store holds another thing under the same name; nothing is
+            changed then.
     """
     with opened_file(file, progress) as origin:
         campaigns = tuple(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
@@ -279,8 +301,19 @@ def _merged(store: Store, session: Session, origin: Connection) -> tuple[dict[st
 
 
 def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
-    """Merge a file that has passed its checks, within the transaction of `session`; new rows by
-    table."""
+    """Merge a file that has passed its checks, within a transaction of the caller's.
+
+    Parameters:
+        store: The open store that takes the campaigns.
+        session: A session of `writing` of this store.
+        origin: The connection to the file that `opened_file` gives.
+
+    Returns:
+        The number of new rows by table; a table without any is left out.
+
+    Raises:
+        MergeRefusedError: As `import_file`.
+    """
     target = session.connection()
     _refuse_aliases(origin, target)
     merged = Merge(origin, target)
