@@ -252,9 +252,9 @@ class Space:
             rows: Column to level for each run. Columns that are no factor's are left alone.
 
         Raises:
-            ValueError: For an unknown level and a missing column, with the run ("run" of the row,
-                else its number from 1), the column and the value; for an infeasible row, with the
-                rule that it breaks.
+            ValueError: For an unknown level, a missing column, and an infeasible row. The message
+                names the run ("run" of the row, else its number from 1), and the column and the
+                value, or the rule that the row breaks.
         """
         result = np.empty((len(rows), len(self.axes)), dtype=np.int64)
         for number, row in enumerate(rows):
@@ -326,10 +326,11 @@ def space_of(
 
     Parameters:
         name: What the space is called, in messages for instance.
-        kind: Who strikes the plate: "hammer" or "gun".
+        kind: The bench of the campaign, "hammer" or "gun".
         factors: What the campaign varies, in the order of the table's columns.
         rules: The rules by which some levels need others; by default there are none.
-        bench: What the bench withstands, as `read_limits` takes it; by default an empty table.
+        bench: What the bench withstands, as `read_limits` takes it; by default an empty table, with
+            which the limits of the thesis's bench hold.
 
     Raises:
         ValueError: As `Space` and `factors.connected` raise it.
@@ -392,7 +393,7 @@ def shipped_factors(kind: Kind) -> str:
     """The text of the thesis's factors, in TOML: what a lab's own file starts from.
 
     Parameters:
-        kind: Whose factors: "hammer" or "gun".
+        kind: The bench of the campaign, "hammer" or "gun".
     """
     return read_toml_text(_DATA / f"{kind}.toml")
 

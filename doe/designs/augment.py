@@ -24,15 +24,16 @@ def augment(space: Space, recorded: NDArray[np.int64], n: int, choose: Choose) -
 
     Parameters:
         space: What the campaign varies.
-        recorded: Treatments that are really recorded, of shape `(k, axes)`; k may be 0.
+        recorded: Treatments that are really recorded, of shape `(k, axes)`; k may be 0. They stay
+            as they are.
         n: The number of further treatments, at least 1.
         choose: A function of the space, `n` and the recorded treatments that gives the design; it
             carries the randomness. It must give `n` treatments of this space, and none that is
             there already while new ones remain.
 
     Raises:
-        ValueError: For `n` below 1, for recorded rows that are no treatments, and for a design that
-            `choose` must not give.
+        ValueError: For `n` below 1, for recorded rows that are no treatments, and where `choose`
+            does not give such a design.
     """
     if n < 1:
         raise ValueError(f"n is {n!r}; expected at least 1 further treatment")

@@ -75,7 +75,7 @@ def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
 
     Raises:
         ValueError: For an axis of more than two levels without order, which the message names,
-            unless `words` is "first-last".
+            unless `words` is "first-last"; for other `words`; and where no axis has two levels.
     """
     _check("categorical", words, get_args(TwoLevelWords))
     varied = varied_axes(space)
@@ -100,7 +100,8 @@ def ordered_axes(space: Space, words: SurfaceWords) -> list[int]:
             ("cross"), so that `from_surface` repeats the design at each of its levels.
 
     Raises:
-        ValueError: For an axis of words, which the message names, unless `words` is "cross".
+        ValueError: For an axis of levels without order, which the message names, unless `words` is
+            "cross"; for other `words`; and where no axis has two levels.
     """
     _check("categorical", words, get_args(SurfaceWords))
     varied = varied_axes(space)

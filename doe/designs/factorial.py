@@ -20,8 +20,8 @@ def factorial(space: Space, levels: int = 3) -> Design:
 
     Parameters:
         space: What the campaign varies.
-        levels: The number of values of each continuous factor, at equal distances, its ends
-            included; 3 by default.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range; 3 by default.
 
     Raises:
         ValueError: For more than a million runs, and for less than two `levels` or more than 1000.
@@ -38,8 +38,8 @@ def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
     Parameters:
         space: What the campaign varies.
         reduction: About one treatment in this number is taken; 2 by default.
-        levels: The number of values of each continuous factor, at equal distances, its ends
-            included; 3 by default.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range; 3 by default.
 
     Raises:
         ValueError: Where the reduction is below 2 or too large for the levels, and as `factorial`
@@ -61,8 +61,8 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
 
     Parameters:
         space: What the campaign varies.
-        levels: The number of values of each continuous factor, at equal distances, its ends
-            included.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range.
 
     Raises:
         ValueError: For fewer than two `levels` or more than 1000, and for more than a million

@@ -38,7 +38,7 @@ def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generato
         already: The number of runs that each level has already, of shape `(levels,)`.
         capacity: The largest number of further runs of each level, of shape `(levels,)`.
         n: The number of runs that are shared out.
-        rng: Chance, which decides what levels get the rest.
+        rng: Generator of random numbers, which decides which levels get the rest.
 
     Raises:
         ValueError: For a capacity of fewer than `n` runs in all.
@@ -66,7 +66,7 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
         counts: For each axis, the number of runs at each of its levels, of shape `(levels,)`; `n`
             in all.
         n: The number of runs.
-        rng: Chance, from which the hypercube is drawn.
+        rng: Generator of random numbers, from which the hypercube is drawn.
     """
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
@@ -79,9 +79,9 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
 
 def repair_level_shares(treatments: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
     """Different treatments of a pool: those of `treatments`, with others in place of repeats and of
-    those that are not in the pool.
+    those outside of the pool.
 
-    In their place come those of the pool whose levels are missing most.
+    The others are those of the pool whose levels are missing most.
 
     Parameters:
         treatments: Numbers of the treatments, of shape `(n,)`: rows of `levels`.
@@ -110,7 +110,7 @@ _DRAWS = 20
 
 
 def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
-    """Treatments `(n, axes)` of a space from those of its parts of ranges.
+    """Treatments `(n, axes)` of a space from those of `space.stratified`.
 
     The runs in one part of a range have values at equal distances in it, so that the whole column
     is a Latin hypercube as far as the factor's steps are fine enough. Which run gets which value is
@@ -118,9 +118,10 @@ def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Gener
 
     Parameters:
         space: What the campaign varies.
-        strata: Treatments of `space.stratified`, of shape `(n, axes)`.
+        strata: The balanced treatments, of shape `(n, axes)`, with a part of the range in place of
+            the value of each continuous factor.
         recorded: Treatments of the space that are there already, of shape `(k, axes)`.
-        rng: Chance, which gives values to runs.
+        rng: Generator of random numbers, which gives the values to runs.
     """
     drawn = [_drawn_levels(space, strata, rng) for _ in range(_DRAWS)]
     return min(drawn, key=lambda rows: _unevenness(space, np.vstack([recorded, rows])))
@@ -197,7 +198,7 @@ def balance_levels(
     Parameters:
         space: What the campaign varies.
         n: The number of treatments that are chosen.
-        rng: Chance, for the start, the annealing and the order.
+        rng: Generator of random numbers; in the same state it gives the same treatments.
         fixed: Treatments that are there already, of shape `(k, axes)`; by default there are none.
         weights: How much pairs, triples, repeats and discrepancies count; by default as `Weights`
             has them.

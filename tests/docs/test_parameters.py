@@ -104,7 +104,7 @@ WITHOUT = {
     "parallel": 0,
     "signals": 20,
     "ingest": 94,
-    "doe": 89,
+    "doe": 0,
     "dataset": 46,
     "training": 138,
     "twin": 224,
