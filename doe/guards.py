@@ -178,7 +178,7 @@ def pressures_for_levels(
             that gives the gauge tank pressure in Pa.
 
     Returns:
-        The pressures by level and mass in kg, in pairs.
+        The pressures, each by a pair of level and mass in kg.
 
     Raises:
         ValueError: For a velocity, a mass or a resulting pressure that is not positive and finite.

@@ -27,7 +27,7 @@ def factor_levels(axis: Axis) -> NDArray[np.int64]:
     """The level of each factor of an axis, of shape `(combinations, factors)`.
 
     Parameters:
-        axis: An axis of a space.
+        axis: An axis of a space, of one factor or of several that depend on each other.
     """
     return np.array(axis.combinations, dtype=np.int64).reshape(axis.size, len(axis.factors))
 

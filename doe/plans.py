@@ -228,8 +228,9 @@ def list_plans(session: Session) -> list[dict[str, Any]]:
         session: A session of the store.
 
     Returns:
-        For each plan its name, kind, method and seed, the number of its runs, and of those in each
-        state; `repeat` are planned runs with rejected repetitions.
+        For each plan its name, kind, method and seed, the number of its runs (`runs`), and of those
+        in each state, by the name of the state; `repeat` is the number of planned runs with
+        rejected repetitions.
     """
     columns = (Plan.id, Plan.name, Plan.kind, Plan.method, Plan.seed)
     rows = {
@@ -277,7 +278,7 @@ def tick_run(
         status: The decision: "discarded"; "done", although fewer repetitions than planned are
             accepted; or "planned", which takes such a decision back.
         note: The reason, which stays with the run. By default there is none: a change of the
-            decision drops the old one, and the same decision again keeps it.
+            decision then drops the old reason, and the same decision again keeps it.
 
     Returns:
         The run after the decision.

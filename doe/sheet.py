@@ -127,8 +127,10 @@ def boxes(run: StoredRun) -> str:
     """A box for each repetition, ticked where it is recorded, with an arrow where it is rejected
     and to be repeated.
 
+    A cross for a run that was discarded.
+
     Parameters:
-        run: A run of a stored plan; one that was discarded has a cross.
+        run: A run of a stored plan.
     """
     if run.status == "discarded":
         return CROSS
