@@ -110,7 +110,7 @@ WITHOUT = {
     "twin": 224,
     "diagnosis": 143,
     "validation": 29,
-    "virtualbench": 63,
+    "virtualbench": 0,
 }
 
 
