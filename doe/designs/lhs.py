@@ -63,8 +63,8 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
     levels end.
 
     Parameters:
-        counts: For each axis, the number of runs at each of its levels, of shape `(levels,)`; `n`
-            in all.
+        counts: For each axis, the number of runs at each of its levels, of shape `(levels,)`, which
+            add up to `n`.
         n: The number of runs.
         rng: Generator of random numbers, from which the hypercube is drawn.
     """
