@@ -110,10 +110,14 @@ class DesignFactor:
         )
 
     def index(self, text: str) -> int:
-        """Index of the level that a cell names; a number may be written otherwise ("30.0", "30",
-        "0,5").
+        """Index of the level that a cell names.
 
-        Raises `ValueError` with the known levels.
+        Parameters:
+            text: A cell of a table. A number may be written otherwise than the level is ("30.0",
+                "30", "0,5").
+
+        Raises:
+            ValueError: For a cell that names no level; the message states the known levels.
         """
         cell = text.strip()
         if cell in self.levels:
@@ -130,9 +134,15 @@ def continuous_levels(low: float, high: float, step: float | None) -> tuple[str,
     """The values of a continuous factor as a table writes them: from `low` to `high`, both
     included.
 
-    Without a `step` it is the largest of 1, 2 or 5 times a power of ten that divides the range into
-    fifty parts or more. Raises `ValueError` for limits that do not rise, a step that does not
-    divide the range, and more than 2001 values.
+    Parameters:
+        low: The lowest value, in the unit of the factor.
+        high: The highest value, in the same unit.
+        step: The distance of two values, in the same unit. None: the largest of 1, 2 or 5 times a
+            power of ten that divides the range into fifty parts or more.
+
+    Raises:
+        ValueError: For limits that are not finite or do not rise, a step that does not divide the
+            range, and more than 2001 values.
     """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(
@@ -182,6 +192,12 @@ class Requirement:
         return (self.factor, self.level), *((self.needs, level) for level in self.levels)
 
     def allows(self, levels: Mapping[str, str]) -> bool:
+        """Whether a combination of levels keeps the rule.
+
+        Parameters:
+            levels: The level of each factor, by the factor's name; the factors of the rule must be
+                there.
+        """
         return levels[self.factor] != self.level or levels[self.needs] in self.levels
 
     def __str__(self) -> str:
@@ -204,6 +220,12 @@ class Tie:
         )
 
     def allows(self, levels: Mapping[str, str]) -> bool:
+        """Whether a combination of levels keeps the rule.
+
+        Parameters:
+            levels: The level of each factor, by the factor's name; the factors of the rule must be
+                there.
+        """
         return tuple(levels[name] for name in self.factors) in self.combinations
 
     def __str__(self) -> str:
@@ -218,12 +240,20 @@ Combinations = tuple[tuple[int, ...], ...]
 def connected(
     factors: Sequence[DesignFactor], rules: Sequence[Rule]
 ) -> list[tuple[tuple[DesignFactor, ...], Combinations]]:
-    """Factors that depend on each other, with the feasible combinations (level index per factor) of
-    each group.
+    """Factors that depend on each other, with the feasible combinations of each group.
 
-    Groups stand in the order of their first factor; combinations in that of their levels, the last
-    factor fastest. Raises `ValueError` where a rule names what is not there, where nothing is
-    feasible, and where a level never is.
+    Parameters:
+        factors: All factors of a space.
+        rules: The rules by which factors depend on each other.
+
+    Returns:
+        The factors and the combinations of each group. Groups stand in the order of their first
+        factor. A combination has a level index per factor; combinations stand in the order of their
+        levels, the last factor fastest.
+
+    Raises:
+        ValueError: Where a rule names what is not there or a continuous factor, where nothing is
+            feasible, where a level never is, and for a group of more than 100,000 combinations.
     """
     _check_rules(factors, rules)
     group = {factor.name: index for index, factor in enumerate(factors)}
@@ -328,8 +358,12 @@ def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
 
 
 def number_label(number: float) -> str:
-    """A number as a table writes it: 12 digits at most, none to spare. Levels with the same label
-    are the same."""
+    """A number as a table writes it, with 12 digits at most and none to spare. Levels with the same
+    label are the same.
+
+    Parameters:
+        number: The level, or another number of a factor, in the factor's unit.
+    """
     return f"{number + 0.0:.12g}"  # the sum makes -0 a 0
 
 

@@ -118,9 +118,15 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
     The safety plate allows its ballistic limit for the bullet's mass, over the margin. The plate's
     acceleration is that of a rigid body under the expected peak force (eq. 2.9), which a sensor
     close to the impact exceeds; where `accelerometer_distance_m` is known, the larger of it and the
-    bound on the bending wave. The suspension is judged where `pendulum_length_m` is known. Raises
-    `ValueError` for a plate that the limits do not know, and for a chain height without that length
-    or beyond it.
+    bound on the bending wave. The suspension is judged where `pendulum_length_m` is known.
+
+    Parameters:
+        run: The shot as planned.
+        limits: What the bench withstands.
+
+    Raises:
+        ValueError: For a plate that the limits do not know, and for a chain height without
+            `pendulum_length_m` or beyond it.
     """
     return [
         Exceeded(
@@ -140,8 +146,17 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
 
 
 def refuse_unsafe(runs: Iterable[PlannedShot], limits: BenchLimits) -> None:
-    """Raise `UnsafeRunError`, naming each run, limit, value and what is allowed, unless the bench
-    withstands all."""
+    """Check that the bench withstands all planned shots.
+
+    Parameters:
+        runs: The shots of a plan, in its order.
+        limits: What the bench withstands.
+
+    Raises:
+        UnsafeRunError: For shots that are beyond the bench, naming each run, limit, value and what
+            is allowed.
+        ValueError: As `check_run` raises it.
+    """
     planned = list(runs)
     checked_runs = [(run, check_run(run, limits)) for run in planned]
     exceeded = [(run, items) for run, items in checked_runs if items]
@@ -154,11 +169,19 @@ def pressures_for_levels(
     masses_kg: Sequence[float],
     pressure_for: Callable[[float, float], float],
 ) -> dict[tuple[str, float], float]:
-    """Gauge tank pressure (Pa) of each velocity level and bullet mass: `pressure_for(velocity_m_s,
-    bullet_mass_kg)`.
+    """Gauge tank pressure (Pa) of each velocity level and bullet mass.
 
-    The gun's model is passed in. Raises `ValueError` for a velocity, a mass or a resulting pressure
-    that is not positive and finite.
+    Parameters:
+        levels_m_s: The velocity in m/s that each level stands for, by the level's name.
+        masses_kg: The masses of the bullets.
+        pressure_for: The gun's model: a function of the velocity in m/s and the bullet mass in kg
+            that gives the gauge tank pressure in Pa.
+
+    Returns:
+        The pressures, each by a pair of level and mass in kg.
+
+    Raises:
+        ValueError: For a velocity, a mass or a resulting pressure that is not positive and finite.
     """
     pressures = {}
     for level, velocity_m_s in levels_m_s.items():
@@ -177,13 +200,25 @@ def planned_shots(
     materials: Mapping[str, Elastic],
     velocity_for: Callable[[float, float], float] | None = None,
 ) -> list[PlannedShot]:
-    """Shots of a gun plan's rows (columns of Table A.1; `run` counted from 1 where absent), with
-    Hertz's contact.
+    """Shots of a gun plan's rows, with Hertz's contact.
 
-    A row with `tank_pressure_bar` in place of a velocity level has the velocity (m/s) that
-    `velocity_for` gives for its gauge pressure (Pa) and mass (kg). The bullet meets the anvil where
-    there is one, else the plate. An insulator is left out, which errs on the safe side. Raises
-    `ValueError` naming the run and the material, the level or the mass that is not known.
+    The bullet meets the anvil where there is one, else the plate. An insulator is left out, which
+    errs on the safe side.
+
+    Parameters:
+        rows: Column to level for each run, with the columns of Table A.1. `run` is counted from 1
+            where absent. `tank_pressure_bar` may stand in place of a velocity level.
+        levels_m_s: The velocity in m/s that each level stands for, by the level's name.
+        pressures_pa: Gauge tank pressure for each velocity level and bullet mass in kg, as
+            `pressures_for_levels` gives it.
+        materials: The elastic constants of each material, by its name in the rows.
+        velocity_for: A function of the gauge tank pressure in Pa and the bullet mass in kg that
+            gives the velocity in m/s of a row with `tank_pressure_bar`. By default there is none,
+            and each row needs a velocity level.
+
+    Raises:
+        ValueError: For a material, a level or a mass that is not known, and a cell that is no
+            positive number; the message names the run.
     """
     return [
         _shot(row, row.get("run", str(number)), levels_m_s, pressures_pa, materials, velocity_for)

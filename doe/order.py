@@ -24,13 +24,21 @@ from .space import Axis, Space
 
 
 def factor_levels(axis: Axis) -> NDArray[np.int64]:
-    """(combinations, factors): the level of each factor of an axis."""
+    """The level of each factor of an axis, of shape `(combinations, factors)`.
+
+    Parameters:
+        axis: An axis of a space, of one factor or of several that depend on each other.
+    """
     return np.array(axis.combinations, dtype=np.int64).reshape(axis.size, len(axis.factors))
 
 
 def changeovers(space: Space, treatments: NDArray[np.int64]) -> dict[str, int]:
-    """Factor to the number of times that it differs from the run before, treatments (n, axes) in
-    order of run."""
+    """Factor to the number of times that it differs from the run before.
+
+    Parameters:
+        space: What the campaign varies.
+        treatments: Treatments of the space, of shape `(n, axes)`, in order of run.
+    """
     changes_by_factor: dict[str, int] = {}
     for index, axis in enumerate(space.axes):
         changed = np.diff(factor_levels(axis)[treatments[:, index]], axis=0) != 0
@@ -58,19 +66,29 @@ def run_order(
     kind: RunOrder = "split-plot",
     blocks: int = 1,
 ) -> Levels:
-    """The run order of treatments (n, axes): indices (n,), such that `treatments[indices]` is fired
-    from first to last.
+    """The run order of treatments: indices `(n,)`, such that `treatments[indices]` is fired from
+    first to last.
 
-    "random" is full randomisation, whatever the work. In a "split-plot", axes with a `change` above
-    0 stay together, the hardest outermost: each of their combinations is one block, and blocks
-    follow each other with few changes, those of the hardest factors counted first. A block begins
-    where the one before ended, so that the second plate meets the anvils in reverse, which balances
-    a steady drift. Within a block the runs are in random order.
+    In a split plot, axes with a `change` above 0 stay together, the hardest outermost: each of
+    their combinations is one block, and blocks follow each other with few changes, those of the
+    hardest factors counted first. A block begins where the one before ended, so that the second
+    plate meets the anvils in reverse, which balances a steady drift. Within a block the runs are in
+    random order.
 
-    `blocks` cuts the runs into so many parts with the same share of every hard combination; each
-    part is a split plot of its own and begins where the one before ended: with two blocks, plates
-    come as A B B A. Raises `ValueError` for rows that are no treatments, an unknown kind, less than
-    one block, more blocks than runs, and blocks in random order.
+    Parameters:
+        space: What the campaign varies.
+        treatments: Treatments of the space, of shape `(n, axes)`, in any order.
+        rng: Generator of random numbers, from which the order of runs within a block is drawn, and
+            that of set-ups that cost the same.
+        kind: "split-plot", which is the default, or "random": full randomisation, whatever the
+            work.
+        blocks: The number of parts into which the runs are cut, each with the same share of every
+            hard combination; 1 by default. Each part is a split plot of its own and begins where
+            the one before ended: with two, plates come as A B B A.
+
+    Raises:
+        ValueError: For rows that are no treatments, an unknown kind, less than one block, more
+            blocks than runs, and blocks in random order.
     """
     rows = space.checked(treatments)
     _check_order(kind, blocks, len(rows))
@@ -127,12 +145,18 @@ def _even_parts(
 
 
 def time_confounding(space: Space, ordered: Levels) -> dict[str, float]:
-    """Axis to its correlation ratio (eta squared) with time, treatments (n, axes) in order of run.
+    """Axis to its correlation ratio (eta squared) with time.
 
     It is the share of the variance of the run's position that the axis's levels explain: 1 would be
     all of it. In random order k levels have (k - 1) / (n - 1) on average. A linear drift disturbs
-    an axis's effects by that share. A continuous factor is taken by the parts of its range. Raises
-    `ValueError` for rows that are no treatments.
+    an axis's effects by that share. A continuous factor is taken by the parts of its range.
+
+    Parameters:
+        space: What the campaign varies.
+        ordered: Treatments of the space, of shape `(n, axes)`, in order of run.
+
+    Raises:
+        ValueError: For rows that are no treatments.
     """
     rows = space.in_strata(ordered)
     return {axis.name: _correlation_ratio(rows[:, index]) for index, axis in enumerate(space.axes)}

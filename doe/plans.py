@@ -103,8 +103,12 @@ class StoredPlan:
     runs: tuple[StoredRun, ...]
 
     def treatments(self, *statuses: str) -> NDArray[np.int64]:
-        """Treatments (n, axes) of the runs in these states (all where none is named), in order of
-        position."""
+        """Treatments `(n, axes)` of the runs in some states, in order of position.
+
+        Parameters:
+            statuses: The states of the runs, of "planned", "done" and "discarded"; all runs where
+                none is named.
+        """
         chosen = [run.row for run in self.runs if not statuses or run.status in statuses]
         return (
             self.space.treatments(chosen)
@@ -124,12 +128,22 @@ def add_plan(
     runs: Sequence[int] | None = None,
     description: str | None = None,
 ) -> None:
-    """Store a design as plan `name`, its treatments in order of run; `factors` is the TOML that its
-    space is made of.
+    """Store a design as a plan.
 
-    `settings`, `runs` (numbers; 1, 2, ... by default) and `repetitions` (or one for all) go with
-    the treatments. Raises `PlanExistsError`, and `ValueError` for a level that is none of the
-    store's, such as an unknown material.
+    Parameters:
+        store: The store that the plan is written to.
+        name: What the plan is called, as no other plan of the store is.
+        factors: The TOML that the design's space is made of.
+        design: The treatments in order of run, with the method and the seed that made them.
+        repetitions: How often each treatment is recorded: a number for each, or one for all.
+        settings: For each treatment, numbers that follow from it by the name of their column, such
+            as a gun's `tank_pressure_bar`; by default there are none.
+        runs: For each treatment, the number of its run; 1, 2, ... by default.
+        description: What the plan is for, in words; by default nothing is said.
+
+    Raises:
+        PlanExistsError: Where the store has a plan of this name.
+        ValueError: For a level that is none of the store's, such as an unknown material.
     """
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
 
@@ -160,8 +174,20 @@ def extend_plan(
     repetitions: int,
     settings: Sequence[Settings] | None = None,
 ) -> list[int]:
-    """Add runs after the last ones of plan `name`; returns their numbers. Raises as `add_plan`
-    does."""
+    """Add runs after the last ones of a plan; returns their numbers.
+
+    Parameters:
+        store: The store that has the plan.
+        name: What the plan is called.
+        rows: Column to level for each further run, in order of run.
+        repetitions: How often each of these runs is recorded.
+        settings: For each row, numbers that follow from it by the name of their column; by default
+            there are none.
+
+    Raises:
+        UnknownPlanError: Where the store has no plan of this name.
+        ValueError: For a level that is none of the store's, such as an unknown material.
+    """
 
     def extend(session: Session) -> list[int]:
         take_advisory_lock(session, plan_turn(name))
@@ -178,7 +204,15 @@ def extend_plan(
 
 
 def read_plan(session: Session, name: str) -> StoredPlan:
-    """The plan called `name`. Raises `UnknownPlanError`."""
+    """The plan of a name as it stands.
+
+    Parameters:
+        session: A session of the store.
+        name: What the plan is called.
+
+    Raises:
+        UnknownPlanError: Where the store has no plan of this name.
+    """
     plan = _plan_row(session, name)
     runs = tuple(_stored_runs(session, plan))
     space = space_from_text(plan.factors)
@@ -188,8 +222,16 @@ def read_plan(session: Session, name: str) -> StoredPlan:
 
 
 def list_plans(session: Session) -> list[dict[str, Any]]:
-    """Every plan with its counts of runs by state, by name; `repeat` are planned runs with rejected
-    repetitions."""
+    """Every plan with its counts of runs by state, by name.
+
+    Parameters:
+        session: A session of the store.
+
+    Returns:
+        For each plan its name, kind, method and seed, the number of its runs (`runs`), and of those
+        in each state, by the name of the state; `repeat` is the number of planned runs with
+        rejected repetitions.
+    """
     columns = (Plan.id, Plan.name, Plan.kind, Plan.method, Plan.seed)
     rows = {
         row["id"]: {**row, "runs": 0, **dict.fromkeys(STATUSES, 0), "repeat": 0}
@@ -206,22 +248,46 @@ def list_plans(session: Session) -> list[dict[str, Any]]:
 
 
 def discard_run(store: Store, name: str, run: int, reason: str) -> None:
-    """Take a run out of plan `name`, also a recorded one that is no good. Raises
-    `UnknownPlanError`, `ValueError`."""
+    """Take a run out of a plan, also a recorded one that is no good.
+
+    Parameters:
+        store: The store that has the plan.
+        name: What the plan is called.
+        run: The number of the run in the plan.
+        reason: Why the run is discarded; it stays with the run.
+
+    Raises:
+        UnknownPlanError: Where the store has no plan of this name.
+        NoteMissingError: For an empty reason.
+        ValueError: For a run that the plan has not.
+    """
     tick_run(store, name, run, status="discarded", note=reason)
 
 
 def tick_run(
     store: Store, plan_name: str, run: int, *, status: str, note: str | None = None
 ) -> StoredRun:
-    """Decide at the bench about a run: "discarded"; "done", although fewer repetitions than planned
-    are accepted; or "planned", which takes such a decision back. `note` stays with the run as its
-    reason.
+    """Decide at the bench about a run.
 
-    A run whose repetitions are all accepted is done without it. A change of the decision without a
-    note drops the old one; the same decision again keeps it. Raises `UnknownPlanError`,
-    `NoteMissingError` for a decision without its reason, and `ValueError` for another status, for a
-    run that the plan has not, for "done" where nothing is accepted, and for "planned" where all is.
+    A run whose repetitions are all accepted is done without a decision.
+
+    Parameters:
+        store: The store that has the plan.
+        plan_name: What the plan is called.
+        run: The number of the run in the plan.
+        status: The decision: "discarded"; "done", although fewer repetitions than planned are
+            accepted; or "planned", which takes such a decision back.
+        note: The reason, which stays with the run. By default there is none: a change of the
+            decision then drops the old reason, and the same decision again keeps it.
+
+    Returns:
+        The run after the decision.
+
+    Raises:
+        UnknownPlanError: Where the store has no plan of this name.
+        NoteMissingError: For a decision without its reason.
+        ValueError: For another status, for a run that the plan has not, for "done" where nothing is
+            accepted, and for "planned" where all is.
     """
     if status not in STATUSES:
         raise ValueError(

@@ -61,13 +61,21 @@ class Sheet:
 
     def settings_of(self, row: SheetRow) -> list[tuple[str, str, bool]]:
         """Label, value ("–" where the run has none), and whether it differs from the run before, of
-        each setting."""
+        each setting.
+
+        Parameters:
+            row: A row of this sheet.
+        """
         cells = (cell or "–" for cell in row.cells[2:-4])
         return list(zip(self.setting_labels, cells, row.differs[2:-4], strict=True))
 
 
 def sheet_of(plan: StoredPlan) -> Sheet:
-    """The sheet of a stored plan; discarded runs stay on it, crossed out."""
+    """The sheet of a stored plan; discarded runs stay on it, crossed out.
+
+    Parameters:
+        plan: The plan as it stands, with its runs in order of position.
+    """
     settings = tuple(dict.fromkeys(key for run in plan.runs for key in run.settings))
     header = (
         "order",
@@ -104,7 +112,11 @@ def sheet_of(plan: StoredPlan) -> Sheet:
 
 
 def column_label(column: str) -> str:
-    """`tip_radius_mm` -> `tip radius (mm)`."""
+    """The words and the unit of a column: `tip_radius_mm` -> `tip radius (mm)`.
+
+    Parameters:
+        column: The name of the column in a plan's table.
+    """
     for ending, unit in _UNITS.items():
         if column.endswith(ending) and len(column) > len(ending):
             return f"{column.removesuffix(ending).replace('_', ' ')} ({unit})"
@@ -116,6 +128,9 @@ def boxes(run: StoredRun) -> str:
     and to be repeated.
 
     A cross for a run that was discarded.
+
+    Parameters:
+        run: A run of a stored plan.
     """
     if run.status == "discarded":
         return CROSS
@@ -143,8 +158,15 @@ def _differs(
 
 
 def write_sheet(plan: StoredPlan, path: Path) -> None:
-    """Write the sheet as printable HTML, CSV or XLSX, by the suffix. Raises `ValueError` for
-    another one."""
+    """Write the sheet of a plan as a file.
+
+    Parameters:
+        plan: The plan as it stands.
+        path: The file, which becomes printable HTML, CSV or XLSX by its suffix.
+
+    Raises:
+        ValueError: For another suffix.
+    """
     writers: dict[str, Callable[[Sheet, Path], None]] = {
         ".html": _write_html,
         ".htm": _write_html,
@@ -188,7 +210,11 @@ def _cells(
 
 
 def sheet_text(plan: StoredPlan) -> str:
-    """The sheet as CSV."""
+    """The sheet of a plan as CSV.
+
+    Parameters:
+        plan: The plan as it stands.
+    """
     return _csv_text(sheet_of(plan))
 
 

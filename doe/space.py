@@ -148,7 +148,14 @@ class Space:
         )
 
     def in_strata(self, treatments: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The treatments (n, axes) as treatments of `stratified`. Raises as `checked` does."""
+        """The treatments as treatments `(n, axes)` of `stratified`.
+
+        Parameters:
+            treatments: Treatments of the space, of shape `(n, axes)`.
+
+        Raises:
+            ValueError: As `checked` raises it.
+        """
         rows = self.checked(treatments)
         sizes, strata = (
             np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata")
@@ -160,8 +167,15 @@ class Space:
         return tuple(factor.column for factor in self.factors)
 
     def velocity_m_s(self, row: Mapping[str, str]) -> float | None:
-        """What the level of a row stands for, of a factor whose levels have values in m/s; None
-        where there is none."""
+        """What the level of a row stands for, in m/s.
+
+        Parameters:
+            row: A run of a plan: column to level.
+
+        Returns:
+            The value that the level has in the first factor whose levels have values in m/s; None
+            where there is none.
+        """
         for factor in self.factors:
             if (
                 factor.unit == "m/s"
@@ -183,8 +197,15 @@ class Space:
         return grid.reshape(len(self.axes), -1).T.copy()
 
     def checked(self, treatments: NDArray[Any]) -> NDArray[np.int64]:
-        """The rows (n, axes) as int64; `ValueError` for another shape, no integers, or an index
-        beyond its axis."""
+        """The rows `(n, axes)` as int64.
+
+        Parameters:
+            treatments: Indices along the axes, of shape `(n, axes)`: a treatment in each row.
+
+        Raises:
+            ValueError: For another shape, for numbers that are no integers, and for an index beyond
+                its axis.
+        """
         rows = np.asarray(treatments)
         if (
             rows.ndim != 2
@@ -206,8 +227,14 @@ class Space:
         return rows.astype(np.int64)
 
     def rows(self, treatments: NDArray[np.int64]) -> list[dict[str, str]]:
-        """Column to level for each treatment (n, axes), in the order of the columns. Raises as
-        `checked` does."""
+        """Column to level for each treatment, in the order of the columns.
+
+        Parameters:
+            treatments: Treatments of the space, of shape `(n, axes)`.
+
+        Raises:
+            ValueError: As `checked` raises it.
+        """
         result = []
         for treatment in self.checked(treatments).tolist():
             cells = {
@@ -219,11 +246,15 @@ class Space:
         return result
 
     def treatments(self, rows: Sequence[Mapping[str, str]]) -> NDArray[np.int64]:
-        """The treatments (n, axes) that rows of a table name: the inverse of `rows`; other columns
-        are left alone.
+        """The treatments `(n, axes)` that rows of a table name: the inverse of `rows`.
 
-        Raises `ValueError` naming the run ("run" of the row, else its number from 1), column and
-        value of an unknown level, of a missing column, and the rule that an infeasible row breaks.
+        Parameters:
+            rows: Column to level for each run. Columns that are no factor's are left alone.
+
+        Raises:
+            ValueError: For an unknown level, a missing column, and an infeasible row. The message
+                names the run ("run" of the row, else its number from 1), and the column and the
+                value, or the rule that the row breaks.
         """
         result = np.empty((len(rows), len(self.axes)), dtype=np.int64)
         for number, row in enumerate(rows):
@@ -293,7 +324,16 @@ def space_of(
     """The space of factors under rules: connected factors become one axis, in the order of their
     first factor.
 
-    Raises `ValueError` as `Space` and `factors.connected` do.
+    Parameters:
+        name: What the space is called, in messages for instance.
+        kind: The bench of the campaign, "hammer" or "gun".
+        factors: What the campaign varies, in the order of the table's columns.
+        rules: The rules by which some levels need others; by default there are none.
+        bench: What the bench withstands, as `read_limits` takes it; by default an empty table, with
+            which the limits of the thesis's bench hold.
+
+    Raises:
+        ValueError: As `Space` and `factors.connected` raise it.
     """
     axes = tuple(
         Axis("+".join(factor.name for factor in members), members, combinations)
@@ -303,10 +343,14 @@ def space_of(
 
 
 def read_space(path: Path) -> Space:
-    """The space that a TOML file describes (its format: `toml_space`).
+    """The space that a TOML file describes.
 
-    Raises `ValueError` naming file, key, value and what was expected; `FileNotFoundError` where
-    there is none.
+    Parameters:
+        path: The file, in the format that `toml_space` describes.
+
+    Raises:
+        ValueError: For other content; the message names file, key, value and what was expected.
+        FileNotFoundError: Where there is no such file.
     """
     try:
         return space_from_text(read_toml_text(path))
@@ -315,8 +359,14 @@ def read_space(path: Path) -> Space:
 
 
 def space_from_text(text: str) -> Space:
-    """The space that the text of such a file describes. Raises `ValueError` as `read_space` does,
-    without the file."""
+    """The space that the text of a file of factors describes.
+
+    Parameters:
+        text: TOML, in the format that `toml_space` describes.
+
+    Raises:
+        ValueError: As `read_space` raises it, without the file.
+    """
     content = parse(text)
     return space_of(
         content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench
@@ -324,8 +374,15 @@ def space_from_text(text: str) -> Space:
 
 
 def space_from_form(text: str, name: str = "factors") -> Space:
-    """The space that a text typed into a form, or read of a file, describes. Raises `ValueError` as
-    `read_space`, with the `name` of the field or the file."""
+    """The space that a text typed into a form, or read of a file, describes.
+
+    Parameters:
+        text: TOML, in the format that `toml_space` describes.
+        name: The field of the form, or the file, which messages name; "factors" by default.
+
+    Raises:
+        ValueError: As `read_space` raises it, with `name` in place of the file.
+    """
     try:
         return space_from_text(text)
     except ValueError as error:
@@ -333,7 +390,11 @@ def space_from_form(text: str, name: str = "factors") -> Space:
 
 
 def shipped_factors(kind: Kind) -> str:
-    """The text of the thesis's factors for a hammer or a gun: what a lab's own file starts from."""
+    """The text of the thesis's factors, in TOML: what a lab's own file starts from.
+
+    Parameters:
+        kind: The bench of the campaign, "hammer" or "gun".
+    """
     return read_toml_text(_DATA / f"{kind}.toml")
 
 

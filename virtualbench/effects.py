@@ -129,15 +129,40 @@ class Effects(Mapping[str, float]):
 
     @classmethod
     def only(cls, name: str, strength: float = 1.0) -> Effects:
-        """One effect on the ideal bench."""
+        """One effect on the ideal bench.
+
+        Parameters:
+            name: A name of `CATALOGUE`, such as "gun.blow_by".
+            strength: How strongly it acts; by default 1, as on the realistic bench. Less than 0
+                only for errors that go either way (`SIGNED`).
+
+        Raises:
+            ValueError: As `EffectSwitch` raises it.
+        """
         return cls((EffectSwitch(name, strength=strength),))
 
     def with_strength(self, name: str, strength: float) -> Effects:
-        """The same bench with one effect at another strength (and on)."""
+        """The same bench with one effect at another strength (and on).
+
+        Parameters:
+            name: A name of `CATALOGUE`, such as "gun.blow_by".
+            strength: How strongly it acts: 1 as on the realistic bench, 0 not at all, and less than
+                0 only for errors that go either way (`SIGNED`).
+
+        Raises:
+            ValueError: As `EffectSwitch` raises it.
+        """
         return self._replaced(EffectSwitch(name, strength=strength))
 
     def without(self, *names: str) -> Effects:
-        """The same bench with these effects off; they keep their strength for the seal."""
+        """The same bench with some effects off; they keep their strength for the seal.
+
+        Parameters:
+            names: Names of `CATALOGUE`, such as "gun.blow_by".
+
+        Raises:
+            ValueError: For an unknown name.
+        """
         table = self
         for name in names:
             table = table._replaced(
@@ -146,7 +171,14 @@ class Effects(Mapping[str, float]):
         return table
 
     def effect(self, name: str) -> EffectSwitch:
-        """The switch itself, with the strength it would have if it were on."""
+        """The switch itself, with the strength it would have if it were on.
+
+        Parameters:
+            name: A name of `CATALOGUE`, such as "gun.blow_by".
+
+        Raises:
+            ValueError: For an unknown name.
+        """
         for effect in self.given:
             if effect.name == name:
                 return effect
@@ -162,7 +194,14 @@ class Effects(Mapping[str, float]):
 
     @classmethod
     def from_json(cls, table: Mapping[str, Mapping[str, Any]]) -> Effects:
-        """The inverse of `as_json`. Raises `ValueError` for keys other than `on` and `strength`."""
+        """The inverse of `as_json`.
+
+        Parameters:
+            table: Name to `{"on": bool, "strength": float}`; effects that it has not are off.
+
+        Raises:
+            ValueError: For keys other than `on` and `strength`, and as `EffectSwitch` raises it.
+        """
         for name, row in table.items():
             if set(row) != {"on", "strength"}:
                 raise ValueError(

@@ -48,7 +48,12 @@ class CampaignCard:
 
 
 def write_card(folder: Path, card: CampaignCard) -> None:
-    """`folder`/campaign.toml."""
+    """Write campaign.toml into a campaign folder.
+
+    Parameters:
+        folder: The campaign folder, which must exist.
+        card: What the file says.
+    """
     head = {
         "name": card.name,
         "kind": card.kind,
@@ -68,7 +73,13 @@ def write_card(folder: Path, card: CampaignCard) -> None:
 
 
 def write_runs(folder: Path, rows: Sequence[Mapping[str, str]]) -> None:
-    """`folder`/runs.csv: every column that a row has, in the order in which they first appear."""
+    """Write runs.csv into a campaign folder: every column that a row has, in the order in which
+    they first appear.
+
+    Parameters:
+        folder: The campaign folder, which must exist.
+        rows: Column to cell for each row; a column that a row has not is left blank.
+    """
     columns = list(dict.fromkeys(column for row in rows for column in row))
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
@@ -78,10 +89,15 @@ def write_runs(folder: Path, rows: Sequence[Mapping[str, str]]) -> None:
 
 
 def write_recording(path: Path, channels: Channels, sampling_rate_hz: float) -> None:
-    """Channels (n,) and their rate `fs`, as `.npz` or MATLAB 5 by the path's suffix; same channels,
-    same bytes.
+    """Write a recording. The same channels give the same bytes.
 
-    Raises `ValueError` for another suffix.
+    Parameters:
+        path: The file, `.npz` or MATLAB 5 by its suffix; its folder is made where it is missing.
+        channels: What the recorder writes, each of shape `(n,)`, by the name of the channel.
+        sampling_rate_hz: The rate of all channels, which is written as `fs`.
+
+    Raises:
+        ValueError: For another suffix.
     """
     if path.suffix not in RECORDING_FORMATS:
         raise ValueError(
@@ -176,18 +192,35 @@ class Seal:
     echoes: bool = False  # whether the edges of the plate acted on what struck it
 
     def belongs_to(self, folder: Path) -> bool:
-        """Whether `folder` holds, byte for byte, what this seal was written for."""
+        """Whether a folder holds, byte for byte, what this seal was written for.
+
+        Parameters:
+            folder: A campaign folder.
+
+        Raises:
+            SealError: Where there is no such folder.
+        """
         return folder_hash(folder) == self.folder_sha256
 
 
 def seal_path(folder: Path) -> Path:
-    """FOLDER.sealed.json, beside the folder."""
+    """The path of a folder's seal: FOLDER.sealed.json, beside the folder.
+
+    Parameters:
+        folder: A campaign folder, which need not exist.
+    """
     return folder.with_name(f"{folder.name}.sealed.json")
 
 
 def folder_hash(folder: Path) -> str:
-    """SHA-256 over the names and contents of all files of a folder. Raises `SealError` where there
-    is no folder."""
+    """SHA-256 over the names and contents of all files of a folder.
+
+    Parameters:
+        folder: A campaign folder.
+
+    Raises:
+        SealError: Where there is no such folder.
+    """
     if not folder.is_dir():
         raise SealError(f"{folder}: no such folder")
     digest = hashlib.sha256()
@@ -201,10 +234,16 @@ def folder_hash(folder: Path) -> str:
 
 
 def write_seal(folder: Path, seal: Seal, path: Path | None = None) -> Path:
-    """Write `seal` to `path`, by default beside the campaign in `folder`; returns where.
+    """Write a seal; returns where.
 
-    Raises `SealError` for a path inside the folder, where a diagnosis could read it, and for one
-    that exists.
+    Parameters:
+        folder: The campaign folder that the seal belongs to.
+        seal: What the operator set, and what really happened.
+        path: The file, by default beside the folder as `seal_path` says.
+
+    Raises:
+        SealError: For a path inside the folder, where a diagnosis could read it, and for one that
+            exists.
     """
     path = path or seal_path(folder)
     if path.resolve().is_relative_to(folder.resolve()):
@@ -219,7 +258,14 @@ def write_seal(folder: Path, seal: Seal, path: Path | None = None) -> Path:
 
 
 def open_seal(path: Path) -> Seal:
-    """Read a seal. Raises `SealError` for a file that is none, or of another version."""
+    """Read a seal.
+
+    Parameters:
+        path: The file that `write_seal` wrote.
+
+    Raises:
+        SealError: For a file that is none, or of another version.
+    """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         seal = Seal(**content)

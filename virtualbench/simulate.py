@@ -39,12 +39,15 @@ from .recorder import (
 
 @contextmanager
 def whole_folder(out: Path) -> Iterator[Path]:
-    """Gives the folder to write to, and its seal beside it; after the block both are at `out`, new
-    or empty before.
+    """A context that gives the folder to write to, and its seal beside it; after the block both are
+    at `out`.
 
     What an error leaves goes at once, so that a repeat may begin; what a kill left goes with the
     next folder of that name. The campaign takes its place before its seal does: the two cannot in
     one step.
+
+    Parameters:
+        out: The folder of the finished campaign, new or empty before.
     """
     place = out.resolve()  # of a link, the folder that it stands for
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -123,17 +126,37 @@ def simulate(
     trigger: Trigger | None = None,
     echoes: bool = False,
 ) -> SimulatedCampaign:
-    """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the
-    truth beside it.
+    """Play every row of a plan into a campaign folder, and seal the truth beside it.
 
-    A hammer's row gives one recording with that many hits, a gun's row that many recordings. The
-    files depend on the arguments other than `jobs` (processes; None: one per processor, four at
-    most) and on nothing else. With `echoes` the edges of the plate act on what strikes it; without,
-    the plate has none while it is struck. The folder is there when all of it is: after a kill a
-    repeat begins anew.
+    The files depend on the arguments other than `jobs` and on nothing else. The folder is there
+    when all of it is: after a kill a repeat begins anew.
 
-    `trigger`: when the recordings of a gun begin. Raises `ValueError` for what cannot be played,
-    and for a folder that is not empty, before anything is written.
+    Parameters:
+        plan_rows: Column to text for each run of the plan; `run` is a whole number, each once.
+        kind: The bench of the campaign, "hammer" or "gun".
+        out: The campaign folder, new or empty.
+        seed: Seed of all that is random, 0 or more.
+        effects: Which effects act, and how strongly.
+        repetitions: How often each row is played; 10 by default. A hammer's row gives one recording
+            with that many hits, a gun's row that many recordings.
+        jobs: The number of processes; by default one per processor, four at most.
+        progress: Called with (done, total, what) after each recording, where the last is the path
+            of the recording in the folder; by default nothing is called.
+        name: What the campaign is called; by default as its folder.
+        date: The day that campaign.toml states; "2026-01-01" by default, so that the same arguments
+            give the same files.
+        suffix: The format of the recordings, ".npz" by default or ".mat".
+        trigger: When the recordings of a gun begin; by default 0.3 s before the tank has lost 5 %
+            of its pressure.
+        echoes: Whether the edges of the plate act on what strikes it; by default the plate has none
+            while it is struck.
+
+    Returns:
+        What was written, and where.
+
+    Raises:
+        ValueError: For what cannot be played, and for a folder that is not empty, before anything
+            is written.
     """
     from threadpoolctl import threadpool_limits
 

@@ -17,13 +17,23 @@ Choose = Callable[[Space, int, NDArray[np.int64]], Design]
 
 
 def augment(space: Space, recorded: NDArray[np.int64], n: int, choose: Choose) -> Design:
-    """`n` further treatments beside those really recorded (k, axes); k may be 0.
+    """Further treatments beside those that are there already.
 
     Failed and discarded runs are not recorded: leave them out of `recorded`, count them in `n`, and
     they are replaced by the treatments that serve the whole best, which need not be the lost ones.
-    `choose` says which; it carries the randomness and is held to its task: `n` treatments of this
-    space, and none that is there already while new ones remain. Raises `ValueError` for `n` below
-    1, for recorded rows that are no treatments, and where `choose` fails.
+
+    Parameters:
+        space: What the campaign varies.
+        recorded: Treatments that are really recorded, of shape `(k, axes)`; k may be 0. They stay
+            as they are.
+        n: The number of further treatments, at least 1.
+        choose: A function of the space, `n` and the recorded treatments that gives the design; it
+            carries the randomness. It must give `n` treatments of this space, and none that is
+            there already while new ones remain.
+
+    Raises:
+        ValueError: For `n` below 1, for recorded rows that are no treatments, and where `choose`
+            does not give such a design.
     """
     if n < 1:
         raise ValueError(f"n is {n!r}; expected at least 1 further treatment")

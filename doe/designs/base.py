@@ -47,7 +47,14 @@ SurfaceWords = Literal["refuse", "cross"]
 
 
 def varied_axes(space: Space) -> list[int]:
-    """Axes of more than one level. Raises `ValueError` where there is none."""
+    """Indices of the axes of more than one level.
+
+    Parameters:
+        space: What the campaign varies.
+
+    Raises:
+        ValueError: Where there is no such axis.
+    """
     varied = [index for index, axis in enumerate(space.axes) if axis.size > 1]
     if not varied:
         raise ValueError(
@@ -57,11 +64,18 @@ def varied_axes(space: Space) -> list[int]:
 
 
 def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
-    """Treatments (n, axes) of a two-level design, (n, varied axes): lowest and highest level, or
-    first and last word.
+    """Treatments `(n, axes)` of a two-level design: lowest and highest level, or first and last
+    word.
 
-    Raises `ValueError` naming an axis of more than two levels without order, unless `words` is
-    "first-last".
+    Parameters:
+        space: What the campaign varies.
+        coded: The design, of shape `(n, varied axes)`: -1 for the low level and 1 for the high one.
+        words: What is done with an axis of more than two levels without order: "refuse" it, or take
+            the first and the last level ("first-last").
+
+    Raises:
+        ValueError: For an axis of more than two levels without order, which the message names,
+            unless `words` is "first-last"; for other `words`; and where no axis has two levels.
     """
     _check("categorical", words, get_args(TwoLevelWords))
     varied = varied_axes(space)
@@ -78,9 +92,16 @@ def from_two_levels(space: Space, coded: Floats, words: TwoLevelWords) -> Ids:
 
 
 def ordered_axes(space: Space, words: SurfaceWords) -> list[int]:
-    """Axes that a response surface is fitted along.
+    """Indices of the axes that a response surface is fitted along.
 
-    Raises `ValueError` naming an axis of words, unless `words` is "cross".
+    Parameters:
+        space: What the campaign varies.
+        words: What is done with an axis of levels without order: "refuse" it, or leave it out
+            ("cross"), so that `from_surface` repeats the design at each of its levels.
+
+    Raises:
+        ValueError: For an axis of levels without order, which the message names, unless `words` is
+            "cross"; for other `words`; and where no axis has two levels.
     """
     _check("categorical", words, get_args(SurfaceWords))
     varied = varied_axes(space)
@@ -96,11 +117,19 @@ def ordered_axes(space: Space, words: SurfaceWords) -> list[int]:
 
 
 def from_surface(space: Space, coded: Floats, ordered: list[int]) -> Ids:
-    """Treatments of a response-surface design (n, ordered axes), repeated at each combination of
-    the other axes.
+    """Treatments `(runs, axes)` of a response-surface design, repeated at each combination of the
+    other axes.
 
-    Raises `ValueError` for a code beyond -1 to 1, and for one between the levels of a factor that
-    is not continuous.
+    Parameters:
+        space: What the campaign varies.
+        coded: The design, of shape `(n, ordered axes)`: from -1 at the lowest level to 1 at the
+            highest.
+        ordered: Indices of the axes that the columns of `coded` are of, as `ordered_axes` gives
+            them.
+
+    Raises:
+        ValueError: For a code beyond -1 to 1, and for one between the levels of a factor that is
+            not continuous.
     """
     others = [index for index in range(len(space.axes)) if index not in ordered]
     crossed = list(itertools.product(*(range(space.axes[index].size) for index in others)))

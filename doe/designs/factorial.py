@@ -18,19 +18,32 @@ _MOST_LEVELS = 1000
 def factorial(space: Space, levels: int = 3) -> Design:
     """All treatments, the last axis fastest: an order to run them in is another function's work.
 
-    Of a continuous factor `levels` values at equal distances are taken, its ends included. Raises
-    `ValueError` for more than a million runs.
+    Parameters:
+        space: What the campaign varies.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range; 3 by default.
+
+    Raises:
+        ValueError: For more than a million runs, and for less than two `levels` or more than 1000.
     """
     places = axis_places(space, levels)
     return Design(space, all_combined(places), "factorial", None)
 
 
 def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
-    """About one in `reduction` of all treatments, such that levels and pairs are balanced: a
-    generalized subset design.
+    """A part of all treatments in which levels and pairs are balanced: a generalized subset design.
 
-    Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises
-    `ValueError` where the reduction is below 2 or too large for the levels.
+    Factors may have any number of levels, words included.
+
+    Parameters:
+        space: What the campaign varies.
+        reduction: About one treatment in this number is taken; 2 by default.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range; 3 by default.
+
+    Raises:
+        ValueError: Where the reduction is below 2 or too large for the levels, and as `factorial`
+            raises it.
     """
     if not 2 <= reduction <= _MOST_LEVELS:
         raise ValueError(f"reduction is {reduction}; expected 2 to {_MOST_LEVELS}")
@@ -43,10 +56,17 @@ def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
 
 
 def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
-    """Per axis, the indices that a factorial takes: all levels, and `levels` values of a continuous
+    """Per axis, the indices that a factorial takes: all levels, and some values of a continuous
     factor.
 
-    Raises `ValueError` for fewer than two `levels`, and for more than a million combinations.
+    Parameters:
+        space: What the campaign varies.
+        levels: The number of values of each continuous factor, at equal distances, with both ends
+            of its range.
+
+    Raises:
+        ValueError: For fewer than two `levels` or more than 1000, and for more than a million
+            combinations.
     """
     if not 2 <= levels <= _MOST_LEVELS:
         raise ValueError(
@@ -67,11 +87,19 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
 
 
 def all_combined(places: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Every combination of the places of the axes, the last axis fastest, as treatments (n,
-    axes)."""
+    """Every combination of the places of the axes as treatments `(n, axes)`, the last axis fastest.
+
+    Parameters:
+        places: For each axis, the indices that are combined, of shape `(levels,)`.
+    """
     return combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places]))
 
 
 def combined(places: list[NDArray[np.int64]], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Rows (n, axes) of indices into the places of each axis, as treatments (n, axes)."""
+    """Treatments `(n, axes)` from indices into the places of each axis.
+
+    Parameters:
+        places: For each axis, the indices that are combined, of shape `(levels,)`.
+        rows: Indices into `places`, of shape `(n, axes)`.
+    """
     return np.stack([axis_levels[rows[:, axis]] for axis, axis_levels in enumerate(places)], axis=1)

@@ -25,9 +25,15 @@ class ImportedDesign(Design):
 def read_table(path: Path, space: Space) -> ImportedDesign:
     """The treatments of a table, in its order; equal ones are kept.
 
-    CSV in UTF-8, commas, semicolons or tabs between the cells, the columns "run" and those of the
-    space in any order. Raises `ValueError` naming file, row, column, value and what was expected;
-    `FileNotFoundError`.
+    Parameters:
+        path: A CSV file in UTF-8, with commas, semicolons or tabs between the cells, and the
+            columns "run" and those of the space in any order.
+        space: What the campaign varies, whose levels the cells name.
+
+    Raises:
+        ValueError: For another content; the message names file, row, column, value and what was
+            expected.
+        FileNotFoundError: Where there is no such file.
     """
     try:
         rows = table_rows(decode_utf8(path.read_bytes()), strict=True)

@@ -31,11 +31,17 @@ from .pydoe import unit_lhs
 
 
 def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generator) -> Ids:
-    """`n` runs shared out among levels, (levels,), so that with `already` (levels,) they are as
-    even as can be.
+    """Runs `(levels,)` shared out among levels, so that with those that are there already they are
+    as even as can be.
 
-    No level gets more than its `capacity` (levels,), which must hold `n` in all. Chance decides who
-    gets the rest.
+    Parameters:
+        already: The number of runs that each level has already, of shape `(levels,)`.
+        capacity: The largest number of further runs of each level, of shape `(levels,)`.
+        n: The number of runs that are shared out.
+        rng: Generator of random numbers, which decides which levels get the rest.
+
+    Raises:
+        ValueError: For a capacity of fewer than `n` runs in all.
     """
     if capacity.sum() < n:
         raise ValueError(
@@ -53,8 +59,15 @@ def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generato
 
 
 def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Ids:
-    """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the
-    levels end."""
+    """Runs `(n, axes)` with a given number at each level: a Latin hypercube's ranks, cut where the
+    levels end.
+
+    Parameters:
+        counts: For each axis, the number of runs at each of its levels, of shape `(levels,)`, which
+            add up to `n`.
+        n: The number of runs.
+        rng: Generator of random numbers, from which the hypercube is drawn.
+    """
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
     columns = [
@@ -65,10 +78,19 @@ def draw_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> I
 
 
 def repair_level_shares(treatments: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
-    """Different treatments of the pool, (n,): as found (n,), but for those that are not; `levels`
-    (size, axes).
+    """Different treatments of a pool: those of `treatments`, with others in place of repeats and of
+    those outside of the pool.
 
-    In their place come those of the pool whose levels are missing most.
+    The others are those of the pool whose levels are missing most.
+
+    Parameters:
+        treatments: Numbers of the treatments, of shape `(n,)`: rows of `levels`.
+        pool: Numbers of the treatments that may be taken, of shape `(k,)`.
+        levels: All treatments of the space, of shape `(size, axes)`.
+        counts: For each axis, the number of runs that each level should have, of shape `(levels,)`.
+
+    Returns:
+        Numbers of the treatments, of shape `(n,)`.
     """
     kept = np.intersect1d(treatments, pool)
     for _ in range(len(treatments) - len(kept)):
@@ -88,12 +110,18 @@ _DRAWS = 20
 
 
 def assign_values(space: Space, strata: Ids, recorded: Ids, rng: np.random.Generator) -> Ids:
-    """Treatments (n, axes) of the space from those of `space.stratified`, beside the `recorded` (k,
-    axes) ones.
+    """Treatments `(n, axes)` of a space from those of `space.stratified`.
 
     The runs in one part of a range have values at equal distances in it, so that the whole column
     is a Latin hypercube as far as the factor's steps are fine enough. Which run gets which value is
     the best of several draws: fewest repeated treatments first, then the least centred discrepancy.
+
+    Parameters:
+        space: What the campaign varies.
+        strata: The balanced treatments, of shape `(n, axes)`, with a part of the range in place of
+            the value of each continuous factor.
+        recorded: Treatments of the space that are there already, of shape `(k, axes)`.
+        rng: Generator of random numbers, which gives the values to runs.
     """
     drawn = [_drawn_levels(space, strata, rng) for _ in range(_DRAWS)]
     return min(drawn, key=lambda rows: _unevenness(space, np.vstack([recorded, rows])))
@@ -160,15 +188,26 @@ def balance_levels(
     weights: Weights | None = None,
     steps: int | None = None,
 ) -> Design:
-    """`n` treatments that, together with the `fixed` (k, axes) ones, are balanced. Only the `n` are
+    """`n` treatments that are balanced together with those that are there already. Only the `n` are
     given back.
 
     No treatment is taken again while new ones remain. Level counts are within one of their share
-    where `fixed` allows; pairs and triples as near as `steps` of annealing bring them (by default
-    as many as take some seconds). The runs stand in no particular order; the design's seed, which
-    only the caller knows, is None. Raises `ValueError` for `n` or `steps` below 1, for rows of
-    `fixed` that are no treatments, and in spaces of more than `MOST_TABULATED` treatments for runs
-    that take more than half of them.
+    where `fixed` allows; pairs and triples are as near to theirs as annealing brings them. The runs
+    stand in no particular order; the design's seed, which only the caller knows, is None.
+
+    Parameters:
+        space: What the campaign varies.
+        n: The number of treatments that are chosen.
+        rng: Generator of random numbers; in the same state it gives the same treatments.
+        fixed: Treatments that are there already, of shape `(k, axes)`; by default there are none.
+        weights: How much pairs, triples, repeats and discrepancies count; by default as `Weights`
+            has them.
+        steps: The number of steps of annealing; by default as many as take some seconds.
+
+    Raises:
+        ValueError: For `n` or `steps` below 1, for rows of `fixed` that are no treatments, and in
+            spaces of more than `MOST_TABULATED` treatments for runs that take more than half of
+            them.
     """
     for name, value in (("n", n), ("steps", 1 if steps is None else steps)):
         if value < 1:

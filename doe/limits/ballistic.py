@@ -27,7 +27,14 @@ BallisticLaw = Callable[[float, float, float], float]
 
 
 def positive(**values: float) -> None:
-    """Raise `ValueError` naming the first value that is not positive and finite."""
+    """Check that all values are positive and finite.
+
+    Parameters:
+        values: The numbers, by the names that an error message has for them.
+
+    Raises:
+        ValueError: For the first value that is not positive and finite; the message names it.
+    """
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0):
             raise ValueError(f"{name} = {value!r}: expected positive and finite")
@@ -46,13 +53,24 @@ def nishiwaki_limit(
     density_kg_m3: float = 2700.0,
     static_resistance_pa: float = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2,
 ) -> float:
-    """Ballistic limit (m/s) of an aluminium plate, eq. 2.1: u^2 = P / rho [exp(rho pi d^2 h / (2
-    m)) - 1].
+    """Ballistic limit (m/s) of an aluminium plate: u^2 = P / rho [exp(rho pi d^2 h / (2 m)) - 1].
 
     It is m u du/dx = -(pi d^2 / 4) (P + rho u^2) over the thickness. The g of eq. 2.1 converts a
     coefficient in kgf/m2 (`STATIC_RESISTANCE_KGF_M2`) to P in pascal, which is what this takes.
-    Raises `ValueError` for values that are not positive. Source: Nishiwaki, J. Phys. Soc. Japan 6
-    (1951) 374, as quoted by the thesis [37].
+
+    Parameters:
+        projectile_mass_kg: The mass m of what strikes the plate.
+        projectile_diameter_m: The diameter d of what strikes the plate.
+        thickness_m: The thickness h of the plate.
+        density_kg_m3: The density rho of the plate; 2700 by default, which is aluminium's.
+        static_resistance_pa: The static resistance P of the plate; by default
+            `STATIC_RESISTANCE_KGF_M2` in pascal.
+
+    Raises:
+        ValueError: For values that are not positive.
+
+    Source:
+        Nishiwaki, J. Phys. Soc. Japan 6 (1951) 374, as quoted by the thesis [37], eq. 2.1.
     """
     positive(
         density_kg_m3=density_kg_m3,
@@ -73,7 +91,19 @@ def nishiwaki_thickness(
     density_kg_m3: float = 2700.0,
     static_resistance_pa: float = STANDARD_GRAVITY_M_S2 * STATIC_RESISTANCE_KGF_M2,
 ) -> float:
-    """Thickness (m) whose `nishiwaki_limit` is the velocity."""
+    """Thickness (m) of an aluminium plate whose `nishiwaki_limit` is a velocity.
+
+    Parameters:
+        projectile_mass_kg: The mass of what strikes the plate.
+        projectile_diameter_m: The diameter of what strikes the plate.
+        velocity_m_s: The ballistic limit of the plate.
+        density_kg_m3: The density of the plate; 2700 by default, which is aluminium's.
+        static_resistance_pa: The static resistance of the plate; by default
+            `STATIC_RESISTANCE_KGF_M2` in pascal.
+
+    Raises:
+        ValueError: For values that are not positive.
+    """
     positive(
         density_kg_m3=density_kg_m3,
         static_resistance_pa=static_resistance_pa,
@@ -84,7 +114,15 @@ def nishiwaki_thickness(
 
 
 def bulk_modulus(youngs_modulus_pa: float, poisson_ratio: float) -> float:
-    """K = E / (3 (1 - 2 nu)), in pascal. Raises `ValueError` outside 0 < nu < 0.5."""
+    """K = E / (3 (1 - 2 nu)), in pascal.
+
+    Parameters:
+        youngs_modulus_pa: Young's modulus E.
+        poisson_ratio: Poisson's ratio nu.
+
+    Raises:
+        ValueError: Outside 0 < nu < 0.5, and for E that is not positive.
+    """
     positive(youngs_modulus_pa=youngs_modulus_pa)
     _poisson(poisson_ratio)
     return youngs_modulus_pa / (3 * (1 - 2 * poisson_ratio))
@@ -93,14 +131,24 @@ def bulk_modulus(youngs_modulus_pa: float, poisson_ratio: float) -> float:
 def hole_opening_stress(
     yield_strength_pa: float, bulk_modulus_pa: float, poisson_ratio: float
 ) -> float:
-    """Stress (Pa) that opens a cylindrical hole, eq. 2.3: Y/2 (1 + ln[6 (1 - 2 nu) K / ((5 - 4 nu)
-    Y)]).
+    """Stress (Pa) that opens a cylindrical hole: Y/2 (1 + ln[6 (1 - 2 nu) K / ((5 - 4 nu) Y)]).
 
     Erratum: eq. 2.3 prints (1 - nu) for (1 - 2 nu). With (1 - 2 nu) the numerator is 2 E, which is
-    what expanding a hole from nothing in a Tresca solid gives (Hill, The Mathematical Theory of
-    Plasticity, 1950, after Bishop, Hill and Mott 1945), and the incompressible limit is Y/2 (1 +
-    ln[2 E / (3 Y)]); as printed it would grow without bound there. For steel the printed form is 8
-    % too strong. Raises `ValueError` for values that are not positive, and outside 0 < nu < 0.5.
+    what expanding a hole from nothing in a Tresca solid gives, and the incompressible limit is Y/2
+    (1 + ln[2 E / (3 Y)]); as printed it would grow without bound there. For steel the printed form
+    is 8 % too strong.
+
+    Parameters:
+        yield_strength_pa: The yield strength Y of the plate.
+        bulk_modulus_pa: The bulk modulus K of the plate, as `bulk_modulus` gives it.
+        poisson_ratio: Poisson's ratio nu of the plate.
+
+    Raises:
+        ValueError: For values that are not positive, and outside 0 < nu < 0.5.
+
+    Source:
+        Thesis eq. 2.3; Hill, The Mathematical Theory of Plasticity, 1950, after Bishop, Hill and
+        Mott 1945.
     """
     positive(yield_strength_pa=yield_strength_pa, bulk_modulus_pa=bulk_modulus_pa)
     _poisson(poisson_ratio)
@@ -125,10 +173,20 @@ def forrestal_limit(
     *,
     opening_stress_pa: float = STEEL_OPENING_STRESS_PA,
 ) -> float:
-    """Ballistic limit (m/s) of a steel plate, eq. 2.2: u^2 = pi d^2 h sigma_s / (2 m).
+    """Ballistic limit (m/s) of a steel plate: u^2 = pi d^2 h sigma_s / (2 m).
 
-    Raises `ValueError` for values that are not positive. Source: Forrestal, as quoted by the thesis
-    [36].
+    Parameters:
+        projectile_mass_kg: The mass m of what strikes the plate.
+        projectile_diameter_m: The diameter d of what strikes the plate.
+        thickness_m: The thickness h of the plate.
+        opening_stress_pa: The stress sigma_s that opens a hole in the plate, as
+            `hole_opening_stress` gives it; by default that of the steel of Table 4.2.
+
+    Raises:
+        ValueError: For values that are not positive.
+
+    Source:
+        Forrestal, as quoted by the thesis [36], eq. 2.2.
     """
     positive(opening_stress_pa=opening_stress_pa, thickness_m=thickness_m)
     return math.sqrt(
@@ -143,7 +201,18 @@ def forrestal_thickness(
     *,
     opening_stress_pa: float = STEEL_OPENING_STRESS_PA,
 ) -> float:
-    """Thickness (m) whose `forrestal_limit` is the velocity."""
+    """Thickness (m) of a steel plate whose `forrestal_limit` is a velocity.
+
+    Parameters:
+        projectile_mass_kg: The mass of what strikes the plate.
+        projectile_diameter_m: The diameter of what strikes the plate.
+        velocity_m_s: The ballistic limit of the plate.
+        opening_stress_pa: The stress that opens a hole in the plate, as `hole_opening_stress` gives
+            it; by default that of the steel of Table 4.2.
+
+    Raises:
+        ValueError: For values that are not positive.
+    """
     positive(opening_stress_pa=opening_stress_pa, velocity_m_s=velocity_m_s)
     return (
         velocity_m_s**2 * _areal_mass(projectile_mass_kg, projectile_diameter_m) / opening_stress_pa

@@ -183,10 +183,20 @@ def tensile_resistance(
     k2: float = 0.9,
     partial_factor: float = 1.25,
 ) -> float:
-    """Design tensile resistance (N) of a bolt, eq. 2.10: k2 f_ub A_s / gamma_M2.
+    """Design tensile resistance (N) of a bolt: k2 f_ub A_s / gamma_M2. An M20 of class 10.9 has
+    176.4 kN.
 
-    k2 is 0.9, and 0.63 for a countersunk head (EN 1993-1-8, Table 3.4). An M20 of class 10.9: 176.4
-    kN. Raises `ValueError` for values that are not positive.
+    Parameters:
+        tensile_strength_pa: The ultimate tensile strength f_ub of the bolt.
+        stress_area_m2: The stress area A_s of the thread.
+        k2: The factor of the bolt's head: 0.9 by default, and 0.63 for a countersunk one.
+        partial_factor: The partial safety factor gamma_M2; 1.25 by default.
+
+    Raises:
+        ValueError: For values that are not positive.
+
+    Source:
+        Thesis eq. 2.10; k2 by EN 1993-1-8, Table 3.4.
     """
     positive(tensile_strength_pa=tensile_strength_pa, stress_area_m2=stress_area_m2)
     positive(k2=k2, partial_factor=partial_factor)
@@ -196,14 +206,24 @@ def tensile_resistance(
 def tightening_torque(
     preload_n: float, thread: MetricThread, *, bearing_diameter_m: float, friction: float
 ) -> float:
-    """Torque (N m) that gives a bolt its preload, eq. 2.11: F [0.16 P + 0.58 d2 mu + (Dkm / 2) mu]
-    (VDI 2230, MA).
+    """Torque (N m) that gives a bolt its preload: F [0.16 P + 0.58 d2 mu + (Dkm / 2) mu].
 
-    Pitch, thread friction, friction under the head. Erratum: eq. 2.11 prints a product of the first
-    two terms, which is an area; the sum gives the printed 320 N m (318 for Dkm = 25.4 mm), the
-    product 142 N m, or 44 % of it, which would leave the array without its preload. The bearing
-    diameter is the mean of the head's and the hole's. Raises `ValueError` for values that are not
-    positive.
+    The terms are those of pitch, thread friction, and friction under the head. Erratum: eq. 2.11
+    prints a product of the first two terms, which is an area; the sum gives the printed 320 N m
+    (318 for Dkm = 25.4 mm), the product 142 N m, or 44 % of it, which would leave the array without
+    its preload.
+
+    Parameters:
+        preload_n: The force F in the bolt.
+        thread: The bolt's thread, with its pitch P and pitch diameter d2.
+        bearing_diameter_m: Dkm, the mean of the head's and the hole's diameter.
+        friction: The coefficient of friction mu, in the thread and under the head.
+
+    Raises:
+        ValueError: For values that are not positive.
+
+    Source:
+        Thesis eq. 2.11; VDI 2230, MA.
     """
     positive(preload_n=preload_n, bearing_diameter_m=bearing_diameter_m, friction=friction)
     threads = 0.16 * thread.pitch_m + 0.58 * thread.pitch_diameter_m * friction
@@ -286,25 +306,39 @@ class BenchLimits:
             )
 
     def ballistic_limit(self, bullet_mass_kg: float) -> float:
-        """Velocity (m/s) at which half of the bullets of this mass perforate the safety plate."""
+        """Velocity (m/s) at which half of the bullets of a mass perforate the safety plate.
+
+        Parameters:
+            bullet_mass_kg: The mass of such a bullet, of the diameter `bullet_diameter_m`.
+        """
         law = BALLISTIC_LAWS[self.safety_plate_material]
         return law(bullet_mass_kg, self.bullet_diameter_m, self.safety_plate_thickness_m)
 
     def plate(self, name: str) -> ResonantPlate:
-        """The plate of that name, or `ValueError` listing those there are."""
+        """The resonant plate that is called `name`.
+
+        Parameters:
+            name: A key of `plates`, such as "aluminum".
+
+        Raises:
+            ValueError: For an unknown name; the message lists those there are.
+        """
         if name not in self.plates:
             raise ValueError(f"plate {name!r}: the bench's limits know {', '.join(self.plates)}")
         return self.plates[name]
 
 
 def read_limits(table: Mapping[str, Any]) -> BenchLimits:
-    """Limits from a mapping, such as a TOML file's `[bench]`: the fields by name, the thesis's
-    where one is left out.
+    """Limits from a mapping, such as a TOML file's `[bench]`.
 
-    `plates` is a table of plates by name, each with `youngs_modulus_pa`, `poisson_ratio`,
-    `density_kg_m3`, `thickness_m` and `area_m2`; where given, it replaces both of the thesis's.
-    Raises `ValueError` for a key that is not known, a value of another kind, and a value out of
-    range.
+    Parameters:
+        table: Fields of `BenchLimits` by name; where one is left out, the thesis's holds. `plates`
+            is a table of plates by name, each with `youngs_modulus_pa`, `poisson_ratio`,
+            `density_kg_m3`, `thickness_m` and `area_m2`; where given, it replaces both of the
+            thesis's.
+
+    Raises:
+        ValueError: For a key that is not known, a value of another kind, and a value out of range.
     """
     field_names = [item.name for item in fields(BenchLimits)]
     unknown = [key for key in table if key not in field_names]

@@ -51,12 +51,22 @@ def raised_sine_peak_force(
     *,
     restitution: float = 0.0,
 ) -> float:
-    """Peak (N) of the sin^2 pulse that carries the impulse (1 + e) m u, eq. 2.4-2.5: 2 (1 + e) m u
-    / tau.
+    """Peak (N) of the sin^2 pulse that carries the impulse (1 + e) m u: 2 (1 + e) m u / tau.
 
     The thesis lets the bullet give its momentum and stay (e = 0): 1600 kN for 1 kg, 80 m/s and 0.1
-    ms (eq. 2.6). A bullet that comes back gives more. Raises `ValueError` for values that are not
-    positive, and for e outside [0, 1].
+    ms (eq. 2.6). A bullet that comes back gives more.
+
+    Parameters:
+        bullet_mass_kg: The mass m of the bullet.
+        impact_velocity_m_s: The velocity u at which the bullet strikes.
+        contact_time_s: The duration tau of the pulse.
+        restitution: The coefficient of restitution e; by default 0, with which the bullet stays.
+
+    Raises:
+        ValueError: For values that are not positive, and for e outside [0, 1].
+
+    Source:
+        Thesis eq. 2.4-2.5.
     """
     positive(
         bullet_mass_kg=bullet_mass_kg,
@@ -84,9 +94,20 @@ def hertz_contact(
     contact shorter: metals yield from less than 1 m/s on, a thin plate recedes, an insulator
     softens. That is what a guard wants; it is no prediction.
 
-    Erratum: eq. 1.26 prints u^2 where dimensions and its source have u^(1/2). Raises `ValueError`
-    for values that are not positive. Sources: Johnson, Contact Mechanics (1985), 11.4; thesis eq.
-    1.23 and 1.25 are the same for a sphere.
+    Erratum: eq. 1.26 prints u^2 where dimensions and its source have u^(1/2).
+
+    Parameters:
+        tip: The material of the bullet's tip.
+        target: The material of what the tip meets.
+        tip_radius_m: The radius R of the tip.
+        bullet_mass_kg: The mass m of the bullet.
+        impact_velocity_m_s: The velocity u at which the bullet strikes.
+
+    Raises:
+        ValueError: For values that are not positive.
+
+    Source:
+        Johnson, Contact Mechanics (1985), 11.4; thesis eq. 1.23 and 1.25 are the same for a sphere.
     """
     positive(
         tip_radius_m=tip_radius_m,
@@ -134,7 +155,14 @@ class ResonantPlate:
         return 8 * math.sqrt(self.rigidity_n_m * self.mass_per_area_kg_m2)
 
     def rigid_acceleration(self, peak_force_n: float) -> float:
-        """Acceleration (m/s2) of the plate as one body, F / m: eq. 2.9 read backwards."""
+        """Acceleration (m/s2) of the plate as one body, F / m.
+
+        Parameters:
+            peak_force_n: The largest force F on the plate.
+
+        Source:
+            Thesis eq. 2.9, read backwards.
+        """
         return peak_force_n / self.mass_kg
 
     def wave_acceleration(
@@ -144,9 +172,21 @@ class ResonantPlate:
         any edge answers.
 
         Where the plate is struck its acceleration is F' / Z, at most pi F / (tau Z). The wave
-        spreads from there with the kernel sin(r^2 / (4 b t)) / t, b = sqrt(D / rho h) (Medick
-        1961); the peak of the sin^2 pulse folded with it stays below 1.6 sqrt(b tau) / r of the
-        value at r = 0, which the tests integrate. A free edge can double it.
+        spreads from there with the kernel sin(r^2 / (4 b t)) / t, b = sqrt(D / rho h); the peak of
+        the sin^2 pulse folded with it stays below 1.6 sqrt(b tau) / r of the value at r = 0, which
+        the tests integrate. A free edge can double it.
+
+        Parameters:
+            peak_force_n: The largest force F of the pulse.
+            contact_time_s: The duration tau of the pulse.
+            distance_m: The distance r from the point of impact, 0 or more.
+
+        Raises:
+            ValueError: For a force or a time that is not positive, and a distance that is negative
+                or not finite.
+
+        Source:
+            Medick 1961, for the kernel.
         """
         positive(peak_force_n=peak_force_n, contact_time_s=contact_time_s)
         if not (math.isfinite(distance_m) and distance_m >= 0):

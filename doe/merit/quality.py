@@ -50,9 +50,14 @@ class Quality:
 
 
 def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
-    """The quality of treatments (n, axes) in order of run.
+    """The quality of a design.
 
-    Raises `ValueError` where there is no run, and for rows that are no treatments of the space.
+    Parameters:
+        space: What the campaign varies.
+        treatments: Treatments of the space, of shape `(n, axes)`, in order of run.
+
+    Raises:
+        ValueError: Where there is no run, and for rows that are no treatments of the space.
     """
     rows = space.checked(treatments)
     if not len(rows):
@@ -124,6 +129,10 @@ def compare(a: Quality, b: Quality) -> list[FigureComparison]:
     """All figures side by side, for printing: those of `FIGURES`, then changeovers by factor.
 
     A factor that only one of the designs has is left blank for the other.
+
+    Parameters:
+        a: The figures of one design.
+        b: The figures of the other design.
     """
     rows = [
         _row(words, sense, getattr(a, name), getattr(b, name))
@@ -145,7 +154,11 @@ def _row(words: str, sense: Sense, a: float | None, b: float | None) -> FigureCo
 
 
 def figure_text(value: float | None) -> str:
-    """Whole numbers as they are, others to four digits."""
+    """A figure as text: whole numbers as they are, others to four digits.
+
+    Parameters:
+        value: The figure; None gives an empty text.
+    """
     return "" if value is None else str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
@@ -172,9 +185,20 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     """Main effects with each other and with two-factor interactions, and these with each other,
     that correlate.
 
-    Empty for a design that has an axis at three levels or more, more than 40 axes, or more than
-    20,000 runs. (Box, Hunter and Hunter, chapter 6; pyDOE3's `fracfact_aliasing` gives the same
-    groups, but neither opposite signs nor parts.) Raises as `Space.checked` does.
+    Parameters:
+        space: What the campaign varies.
+        treatments: Treatments of the space, of shape `(n, axes)`.
+
+    Returns:
+        The pairs of effects, the strongest correlation first. Empty for a design that has an axis
+        at three levels or more, more than 40 axes, or more than 20,000 runs.
+
+    Raises:
+        ValueError: As `Space.checked` raises it.
+
+    Source:
+        Box, Hunter and Hunter, chapter 6; pyDOE3's `fracfact_aliasing` gives the same groups, but
+        neither opposite signs nor parts.
     """
     rows = space.checked(treatments)
     used = [np.unique(rows[:, index]) for index in range(rows.shape[1])]
@@ -202,7 +226,11 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
 
 def alias_lines(confounded: tuple[Alias, ...]) -> list[str]:
     """Aliases as a person reads them: a line for each group that is one, and one for what is
-    aliased in part."""
+    aliased in part.
+
+    Parameters:
+        confounded: Pairs of effects that correlate, as `aliases` gives them.
+    """
     groups: dict[str, list[str]] = {}
     for alias in confounded:
         if alias.full:

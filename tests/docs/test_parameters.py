@@ -104,13 +104,13 @@ WITHOUT = {
     "parallel": 0,
     "signals": 0,
     "ingest": 0,
-    "doe": 89,
+    "doe": 0,
     "dataset": 0,
     "training": 0,
     "twin": 0,
     "diagnosis": 0,
     "validation": 0,
-    "virtualbench": 63,
+    "virtualbench": 0,
 }
 
 

@@ -116,8 +116,14 @@ class GunBuild:
         return math.pi * self.bore_diameter_m * min(self.plate_gap_m, self.bore_diameter_m / 4)
 
     def travel_m(self, projectile: Projectile) -> float:
-        """From the start to the plate. Raises `ValueError` for a projectile that the barrel cannot
-        shoot."""
+        """Way of the projectile's tail from the start to the plate, in m.
+
+        Parameters:
+            projectile: What is shot.
+
+        Raises:
+            ValueError: For a projectile that the barrel cannot shoot.
+        """
         if not projectile.diameter_m < self.bore_diameter_m:
             raise ValueError(
                 f"diameter_m = {projectile.diameter_m!r}: "
@@ -200,8 +206,18 @@ def setting_of(
     - `gun.sliding_friction`: s times extra friction, breakaway and seal drag; the nominal Coulomb
       friction stays.
 
-    Without a `valve_way` the valve opens within the gun's own time and stays open. Three numbers
-    are drawn from `rng` whatever the strength of `bench.hand_scatter`.
+    Parameters:
+        gun: The gun as it is built.
+        effects: Which effects act, and how strongly.
+        tank_pressure_pa: The gauge pressure of the tank before the shot.
+        projectile: What is shot.
+        rng: Generator of random numbers, of which three are drawn whatever the strength of
+            `bench.hand_scatter`.
+        valve_way: How the valve's ball turns; by default the valve opens within the gun's own time
+            and stays open.
+
+    Raises:
+        ValueError: For a projectile that the barrel cannot shoot.
     """
     scatter = np.exp(effects["bench.hand_scatter"] * rng.standard_normal(3) * SCATTERS).tolist()
     valve, friction = effects["gun.valve_flow"], scatter[2]
@@ -254,6 +270,10 @@ def leak_area_m2(gun: GunBuild, projectile: Projectile) -> float:
     D_h = D - d.
 
     A long narrow ring is a pipe whose wall friction adds to what inlet and outlet lose.
+
+    Parameters:
+        gun: The gun, with the bore D, the friction factor f and the losses K of inlet and outlet.
+        projectile: The projectile, with the diameter d and the length l.
     """
     ring = math.pi / 4 * (gun.bore_diameter_m**2 - projectile.diameter_m**2)
     length = projectile.length_m / (gun.bore_diameter_m - projectile.diameter_m)

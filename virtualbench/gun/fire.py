@@ -27,8 +27,15 @@ from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 def position_at(
     time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats
 ) -> Floats:
-    """Position (k,) at moments (k,), from points (n,); before the first and after the last it stays
-    where it is."""
+    """Position (m) at moments `(k,)`; before the first point and after the last it stays where it
+    is.
+
+    Parameters:
+        time_s: Times of the points, rising, of shape `(n,)`.
+        position_m: Positions at the points, of shape `(n,)`.
+        velocity_m_s: Velocities at the points, of shape `(n,)`.
+        moment_s: The moments, of shape `(k,)`.
+    """
     k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     ends = (
@@ -42,7 +49,14 @@ def position_at(
 def velocity_at(
     time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats
 ) -> Floats:
-    """The slope of `position_at` (k,)."""
+    """The slope (m/s) of `position_at` at moments `(k,)`.
+
+    Parameters:
+        time_s: Times of the points, rising, of shape `(n,)`.
+        position_m: Positions at the points, of shape `(n,)`.
+        velocity_m_s: Velocities at the points, of shape `(n,)`.
+        moment_s: The moments, of shape `(k,)`.
+    """
     k, step, share = _step_of_moment(time_s, moment_s)
     rest = 1 - share
     chord = 6 * share * rest * (position_m[k + 1] - position_m[k]) / step
@@ -62,8 +76,15 @@ def _step_of_moment(time_s: Floats, moment_s: Floats) -> tuple[NDArray[np.intp],
 
 
 def crossings(time_s: Floats, position_m: Floats, velocity_m_s: Floats, level_m: float) -> Floats:
-    """Moments (k,) at which the way passes a level, in order, by bisection within the steps that
-    straddle it."""
+    """Moments `(k,)` in s at which the way passes a level, in order, by bisection within the steps
+    that straddle it.
+
+    Parameters:
+        time_s: Times of the points, rising, of shape `(n,)`.
+        position_m: Positions at the points, of shape `(n,)`.
+        velocity_m_s: Velocities at the points, of shape `(n,)`.
+        level_m: The position that is passed, either way.
+    """
     side = np.sign(position_m - level_m)
     k = np.flatnonzero(side[:-1] * side[1:] < 0)
     low, high, start = time_s[k].copy(), time_s[k + 1].copy(), side[k]
@@ -126,15 +147,28 @@ def fire(
     tightness: float = 1.0,
     valve_way: ValveWay | None = None,
 ) -> ShotTruth:
-    """A shot from `tank_pressure_pa` (gauge), followed for `until_s` from the valve's first turn.
+    """A shot, followed from the valve's first turn on.
 
     Open chambers with balances of mass and energy (perfect gas), flow by ISO 6358 (valve) and the
-    isentropic nozzle (clearance, vents, muzzle), friction with a Stribeck hump;
-    `build.setting_of` says what each strength means. `valve_way` is what the controller lets the
-    valve do; without it, it opens within the gun's own time and stays open. `restitution` is the
-    plate's; `tightness` multiplies the integrator's tolerances. Raises `ValueError` for a pressure
-    that is negative or not finite and for what the barrel cannot shoot; `RuntimeError` where LSODA
-    gives up.
+    isentropic nozzle (clearance, vents, muzzle), friction with a Stribeck hump.
+
+    Parameters:
+        gun: The gun as it is built.
+        effects: Which effects act, and how strongly; `build.setting_of` says what each strength
+            means.
+        tank_pressure_pa: The gauge pressure of the tank before the shot, 0 or more.
+        projectile: What is shot.
+        rng: Generator of random numbers, for the scatter of this shot.
+        until_s: How long the shot is followed; 1.2 s by default.
+        restitution: The plate's coefficient of restitution, from 0 to below 1; 0.35 by default.
+        tightness: A factor on the integrator's tolerances; 1 by default.
+        valve_way: What the controller lets the valve do; by default it opens within the gun's own
+            time and stays open.
+
+    Raises:
+        ValueError: For a pressure that is negative or not finite, a time that is not positive, a
+            restitution out of its range, and what the barrel cannot shoot.
+        RuntimeError: Where LSODA gives up.
     """
     _check(tank_pressure_pa, until_s, restitution)
     setting = setting_of(gun, effects, float(tank_pressure_pa), projectile, rng, valve_way)
@@ -234,7 +268,14 @@ class Trigger:
             raise ValueError(f"trigger: pre_trigger_s = {self.pre_trigger_s!r}; expected 0 or more")
 
     def begin_s(self, truth: ShotTruth) -> float:
-        """Of the recording, from the valve's first turn. Raises as `trigger_time_s`."""
+        """When the recording begins, in s from the valve's first turn.
+
+        Parameters:
+            truth: The shot that is recorded.
+
+        Raises:
+            ValueError: As `trigger_time_s` raises it.
+        """
         moment = 0.0 if self.share is None else trigger_time_s(truth, self.share)
         return moment - self.pre_trigger_s
 
@@ -248,13 +289,26 @@ def shot_signals(
     *,
     trigger_offset_s: float = 0.0,
 ) -> dict[str, Floats]:
-    """`tank_pressure` (Pa gauge, at the transducer, before its calibration) and `laser` (m,
-    distance) on a uniform grid (n,), n = duration times rate, that begins when the `trigger` says.
+    """What the gun's two sensors have before them during a recording.
 
     The distance falls by the bullet's diameter while the beam is blocked, going and coming back;
-    before the shot all is at rest. `trigger_offset_s` shifts the recording (jitter). Raises
-    `ValueError` for a record that the shot was not followed for, for times or rates that are not
-    positive, and as `trigger_time_s` does.
+    before the shot all is at rest.
+
+    Parameters:
+        truth: The shot that is recorded.
+        projectile: What was shot.
+        sampling_rate_hz: The rate of the grid.
+        duration_s: The length of the recording.
+        trigger: When the recording begins.
+        trigger_offset_s: By how much later the recording begins (jitter); 0 by default.
+
+    Returns:
+        `tank_pressure` (Pa gauge, at the transducer, before its calibration) and `laser` (m,
+        distance) on a uniform grid `(n,)`, n = duration times rate.
+
+    Raises:
+        ValueError: For a record that the shot was not followed for, for times or rates that are not
+            positive, and as `trigger_time_s` raises it.
     """
     for name, value in (("sampling_rate_hz", sampling_rate_hz), ("duration_s", duration_s)):
         if not (np.isfinite(value) and value > 0):
@@ -278,9 +332,15 @@ def shot_signals(
 
 
 def trigger_time_s(truth: ShotTruth, share: float = TRIGGER_SHARE) -> float:
-    """When the tank has lost a share of its pressure, from the valve's first turn.
+    """When the tank has lost a share of its pressure, in s from the valve's first turn.
 
-    Raises `ValueError` where it never does.
+    Parameters:
+        truth: The shot that is recorded.
+        share: The share of the gauge pressure before the shot, from 0 to 1; 0.05 by default. Less
+            than 1 Pa is no loss.
+
+    Raises:
+        ValueError: Where the tank never loses it.
     """
     level = truth.tank_pressure_pa[0] - max(share * truth.tank_pressure_pa[0], SMALLEST_DROP_PA)
     below = np.flatnonzero(truth.tank_pressure_pa < level)

@@ -41,7 +41,17 @@ class Strike:
 def integrate(
     setting: GunSetting, until_s: float, restitution: float, tightness: float
 ) -> tuple[Floats, Floats, Strike | None]:
-    """Times (n,), states (n, 12) and the first strike. `tightness` multiplies every tolerance."""
+    """Times `(n,)` in s, states `(n, 12)` and the first strike of a shot.
+
+    Parameters:
+        setting: The figures of this shot.
+        until_s: How long the shot is followed, from the valve's first turn.
+        restitution: The plate's coefficient of restitution.
+        tightness: A factor on every tolerance.
+
+    Raises:
+        RuntimeError: Where LSODA gives up.
+    """
     times, states = [np.zeros(1)], [initial_state(setting)[None]]
     first, phase = None, Phase(held=False, sealed=True)
     stops = [*setting.valve_way.kinks_s, until_s]
@@ -69,14 +79,36 @@ def integrate(
 
 
 def derivative(time: float, state: Floats, figures: Floats, phase: Phase) -> Floats:
-    """Rates (12,) of the state; `motion.derivative` says of what."""
+    """Rates `(12,)` of the state; `motion.derivative` says of what.
+
+    Parameters:
+        time: The time in s from the valve's first turn.
+        state: The state in SI, of shape `(12,)`, in the order of `motion.initial_state`.
+        figures: The figures of this shot, of shape `(29 + 2 k,)`, as `figures_of` gives them.
+        phase: Whether the projectile rests against the plate, and whether its tail is before the
+            vents.
+    """
     return rates(time, state, figures, phase.held, phase.sealed)
 
 
 def advance(
     setting: GunSetting, state: Floats, start: float, stop: float, phase: Phase, tightness: float
 ) -> tuple[Floats, Floats]:
-    """Times (k,) from start to stop, both included, and states (k, 12)."""
+    """Times `(k,)` from start to stop, both included, and states `(k, 12)`.
+
+    Parameters:
+        setting: The figures of this shot.
+        state: The state at the start in SI, of shape `(12,)`, in the order of
+            `motion.initial_state`.
+        start: The first time in s, from the valve's first turn.
+        stop: The last time in s.
+        phase: Whether the projectile rests against the plate, and whether its tail is before the
+            vents.
+        tightness: A factor on every tolerance.
+
+    Raises:
+        RuntimeError: Where LSODA gives up.
+    """
     from scipy.integrate import odeint
 
     steps, figures = max(1, round((stop - start) / STEP_S)), figures_of(setting)
@@ -113,8 +145,17 @@ def _first(there: NDArray[np.bool_]) -> int:
 def up_to(
     setting: GunSetting, time: Floats, state: Floats, past: int, end: float, phase: Phase
 ) -> tuple[Floats, Floats]:
-    """The same up to the moment at which the position is `end`, between points `past - 1` and
-    `past`."""
+    """The same times and states up to the moment at which the position is `end`.
+
+    Parameters:
+        setting: The figures of this shot.
+        time: Times in s, of shape `(k,)`, as `advance` gives them.
+        state: States in SI, of shape `(k, 12)`, in the order of `motion.initial_state`.
+        past: Index of the first point past the end: the moment lies between `past - 1` and `past`.
+        end: The position in m of the projectile's tail, from where it starts.
+        phase: Whether the projectile rests against the plate, and whether its tail is before the
+            vents.
+    """
     ends = state[past - 1], state[past]
     figures = figures_of(setting)
     slopes = tuple(derivative(time[k], state[k], figures, phase) for k in (past - 1, past))
@@ -159,7 +200,21 @@ def muzzle_velocity(
     until_s: float = 1.2,
 ) -> float:
     """`fire(...).muzzle_velocity_m_s` (m/s); 0 for a projectile that does not reach the vents until
-    `until_s`."""
+    `until_s`.
+
+    Parameters:
+        gun: The gun as it is built.
+        effects: Which effects act, and how strongly.
+        tank_pressure_pa: The gauge pressure of the tank before the shot.
+        projectile: What is shot.
+        rng: Generator of random numbers, for the scatter of this shot.
+        until_s: How long the shot is followed at most, from the valve's first turn; 1.2 s by
+            default.
+
+    Raises:
+        ValueError: For a projectile that the barrel cannot shoot.
+        RuntimeError: Where LSODA gives up.
+    """
     setting = setting_of(gun, effects, tank_pressure_pa, projectile, rng)
     stops = [*setting.valve_way.kinks_s, until_s]
     start, state, phase = 0.0, initial_state(setting), Phase(held=False, sealed=True)

@@ -82,7 +82,14 @@ MATERIALS = {
 
 
 def contact_material(name: str) -> ContactMaterial:
-    """By name, in any case. Raises `ValueError` listing the known ones."""
+    """A material of tips and faces.
+
+    Parameters:
+        name: A name of `MATERIALS`, in any case.
+
+    Raises:
+        ValueError: For an unknown material; the message lists the known ones.
+    """
     for material, row in MATERIALS.items():
         if material.lower() == name.strip().lower():
             return row
@@ -230,9 +237,22 @@ def target(
     """A target in the words of a plan's table.
 
     The plate carries flexural waves away as the point impedance 8 sqrt(D rho h) of an infinite thin
-    plate does (Cremer, Heckl and Petersson, Structure-Borne Sound, 2005, section 5.4; Zener, Phys.
-    Rev. 59 (1941) 669), before their echoes come back. `edge_factor` lowers it near an edge: 0.44
-    on a free one (3.5 for 8, ibid.). Raises `ValueError` for unknown words and impossible figures.
+    plate does, before their echoes come back.
+
+    Parameters:
+        plate_material: The material of the resonant plate, of `MATERIALS`.
+        plate_thickness_m: The thickness h of the resonant plate.
+        anvil_material: The material of the anvil, of `MATERIALS`, or "none", which is the default.
+        insulator: "polymeric" for a sheet on the anvil, or "none", which is the default.
+        edge_factor: A factor on the impedance, above 0 and at most 1, by which it is lower near an
+            edge: 0.44 on a free one (3.5 for 8). By default 1, far from all edges.
+
+    Raises:
+        ValueError: For unknown words and impossible figures.
+
+    Source:
+        Cremer, Heckl and Petersson, Structure-Borne Sound, 2005, section 5.4, also for the free
+        edge; Zener, Phys. Rev. 59 (1941) 669.
     """
     plate = contact_material(plate_material)
     _check(
@@ -270,6 +290,14 @@ def hammer(tip_material: str, tip_radius_m: float, *, mass_kg: float = 0.32) -> 
     The rear fifth rings on the neck of the head at 7 kHz. The wave along the head takes 12.4 us
     (thesis, section 4.1); with the phase of the charge amplifier the lag is put at 25 us, between
     one and two samples of 51.2 kHz.
+
+    Parameters:
+        tip_material: The material of the tip, of `MATERIALS`.
+        tip_radius_m: The radius of the tip at its apex.
+        mass_kg: All that moves; 0.32 by default.
+
+    Raises:
+        ValueError: For an unknown material, and for figures that no impactor has.
     """
     tip = contact_material(tip_material)
     return Impactor(
@@ -288,7 +316,16 @@ def hammer(tip_material: str, tip_radius_m: float, *, mass_kg: float = 0.32) -> 
 
 
 def projectile(mass_kg: float, tip_material: str, tip_radius_m: float) -> Impactor:
-    """The bullet: one rigid body whose tip meets the target a little off its axis."""
+    """The bullet: one rigid body whose tip meets the target a little off its axis.
+
+    Parameters:
+        mass_kg: All that moves.
+        tip_material: The material of the tip, of `MATERIALS`.
+        tip_radius_m: The radius of the tip at its apex.
+
+    Raises:
+        ValueError: For an unknown material, and for figures that no impactor has.
+    """
     tip = contact_material(tip_material)
     height = 0.030 if tip.polymer else math.inf
     return Impactor(
@@ -303,8 +340,16 @@ def projectile(mass_kg: float, tip_material: str, tip_radius_m: float) -> Impact
 
 
 def hand_speed(level: str, effects: Effects, rng: np.random.Generator) -> float:
-    """The speed (m/s) of one blow at a level, with the operator's scatter. Raises `ValueError` for
-    another level."""
+    """The speed (m/s) of one blow, with the operator's scatter.
+
+    Parameters:
+        level: A name of `HAND_SPEEDS_M_S`: "low" or "high".
+        effects: Which effects act, and how strongly; only `bench.hand_scatter` matters.
+        rng: Generator of random numbers, of which one is drawn.
+
+    Raises:
+        ValueError: For another level.
+    """
     if level not in HAND_SPEEDS_M_S:
         raise ValueError(f"hammer speed {level!r}: expected one of {', '.join(HAND_SPEEDS_M_S)}")
     scatter = HAND_SPREAD * effects["bench.hand_scatter"] * float(rng.standard_normal())

@@ -24,10 +24,16 @@ from .integrate import CREEPING, ImpactHistories, assemble, solve
 
 
 def ringing(chain: Chain, state: Floats, duration_s: float, step_s: float) -> tuple[Floats, Floats]:
-    """Acceleration of the rear and force on the plate at steps 1, 2 ... after `state`, both (n,
-    impacts).
+    """Acceleration (m/s2) of the rear and force (N) on the plate after the contact, both `(n,
+    impacts)`.
 
     The acceleration is the one that slows the impactor down, and 0 for a rigid one.
+
+    Parameters:
+        chain: The impactors and their targets.
+        state: The states at the end of the contact, of shape `(states, impacts)`, in SI.
+        duration_s: How long both are followed, from `state` on.
+        step_s: The time between two steps; the first step of both is this long after `state`.
     """
     count = round(duration_s / step_s)
     stretch, closing = state[2] - state[0], state[3] - state[1]
@@ -114,7 +120,18 @@ def strike(
     velocity_m_s: float,
     rng: np.random.Generator,
 ) -> ImpactTruth:
-    """One impact at a speed (m/s). Raises as `strike_many` does."""
+    """One impact.
+
+    Parameters:
+        impactor: What strikes.
+        target: What is struck.
+        effects: Which effects act, and how strongly.
+        velocity_m_s: The speed of the impact, above 0.
+        rng: Generator of random numbers, for the scatter of this strike.
+
+    Raises:
+        ValueError: As `strike_many` raises it.
+    """
     return strike_many([impactor], [target], effects, [velocity_m_s], rng)[0]
 
 
@@ -131,12 +148,25 @@ def strike_many(
 ) -> list[ImpactTruth]:
     """As many impacts as there are impactors, solved abreast: ten cost little more than one.
 
-    `echoes` are those of the plate at the point that all of them strike; without them it has no
-    edges while they touch it. They act as far as `contact.plate_compliance` does, and no more once
-    the impactor has let go.
+    Parameters:
+        impactors: What strikes.
+        targets: What is struck by each impactor.
+        effects: Which effects act, and how strongly.
+        velocities_m_s: The speed of each impact, of shape `(impacts,)`, above 0.
+        rng: Generator of random numbers, for the scatter of each strike.
+        steps_per_contact: The number of time steps in the duration of an elastic contact with a
+            rigid target, 20 or more; 250 by default. Where a link of the chain is quicker, the
+            steps are shorter.
+        tail_s: How long the records go on after contact, while hammer and anvil ring; 4 ms by
+            default.
+        echoes: Those of the plate at the point that all impactors strike. They act as far as
+            `contact.plate_compliance` does, and no more once the impactor has let go. By default
+            there are none: the plate has no edges while the impactors touch it.
 
-    The records go on for `tail_s` after contact, while hammer and anvil ring. Raises `ValueError`
-    for numbers of impactors, targets and speeds that differ, and for speeds that are not above 0.
+    Raises:
+        ValueError: For numbers of impactors, targets and speeds that differ, for speeds that are
+            not above 0, and for too few steps or a negative time.
+        RuntimeError: For an impact that does not end.
     """
     velocity = np.asarray(velocities_m_s, dtype=np.float64)
     if (

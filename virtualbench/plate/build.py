@@ -177,8 +177,16 @@ def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) 
     Free: two chains at the upper edge and a rope at the lower corner. Tension over length, 800 N in
     a rope of 0.2 m and its share in the chains, makes them 4 and 2 kN/m across. Fixed: the middle
     half of the lower and of the upper edge is bolted to the frame, whose bars reach on to the
-    corners and touch there (assumed, 20 kN/m). Every mode's damping is drawn from 0.2 to 1 %,
-    evenly in its logarithm. Raises `ValueError` for an unknown material or boundary.
+    corners and touch there (assumed, 20 kN/m).
+
+    Parameters:
+        material: A name of `MATERIALS`: "aluminum" or "steel".
+        boundary: How the plate is held: "free" or "fixed".
+        rng: Generator of random numbers, from which every mode's damping is drawn: from 0.2 to 1 %,
+            evenly in its logarithm.
+
+    Raises:
+        ValueError: For an unknown material or boundary.
     """
     if material not in MATERIALS:
         raise ValueError(f"plate material {material!r}: expected one of {', '.join(MATERIALS)}")

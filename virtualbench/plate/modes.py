@@ -53,11 +53,16 @@ if TYPE_CHECKING:
 def assemble(
     mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0
 ) -> tuple[Matrix, Matrix]:
-    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size),
+    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both `(size, size)`,
     symmetric.
 
-    `stiffer`: by what share the modulus is higher than the material's in the mean over the plate.
-    It grows evenly along x, and is the material's where x is farther from the centroid.
+    Parameters:
+        mesh: The elements of the plate.
+        material: What the plate is made of.
+        thickness_m: The thickness of the plate, everywhere the same.
+        stiffer: By what share the modulus is higher than the material's in the mean over the plate;
+            0 by default. The excess grows evenly along x; at the end that is farther from the
+            centroid it is 0 or twice the mean.
     """
     values, gradients, weights, x = _quadrature(mesh)
     centre = float(np.sum(weights * x) / np.sum(weights))
@@ -69,8 +74,15 @@ def assemble(
 
 
 def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
-    """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off
-    the plate."""
+    """The matrix `(points, size)` that takes the deflection at some points.
+
+    Parameters:
+        mesh: The elements of the plate, with `size` unknowns.
+        points_m: The points (x, y).
+
+    Raises:
+        ValueError: For a point off the plate.
+    """
     from scipy.sparse import csc_array
 
     if not points_m:
@@ -82,14 +94,23 @@ def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
 
 
 def at_points(rows: Matrix, amounts: Floats) -> Matrix:
-    """Point springs (N/m) or masses (kg), `amounts` (points,), as a matrix (size, size) to add."""
+    """Point springs or masses as a matrix `(size, size)` to add to stiffness or mass.
+
+    Parameters:
+        rows: What takes the deflection at the points, of shape `(points, size)`.
+        amounts: Stiffness of the springs in N/m, or masses in kg, of shape `(points,)`.
+    """
     from scipy.sparse import csc_array, diags_array
 
     return csc_array(rows.T @ diags_array(amounts) @ rows)
 
 
 def clamped_unknowns(nodes: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Every unknown of these nodes."""
+    """Every unknown of some nodes.
+
+    Parameters:
+        nodes: Numbers of the nodes, of shape `(nodes,)`.
+    """
     return np.unique(UNKNOWNS * nodes[:, None] + np.arange(UNKNOWNS))
 
 
@@ -141,10 +162,14 @@ _MORE = 1.25
 def lowest_modes(
     stiffness: Matrix, mass: Matrix, count: int, *, shift_hz: float
 ) -> tuple[Floats, Floats]:
-    """Frequencies (count,) in Hz, rising, and mass-normalised shapes (size, count).
+    """Frequencies `(count,)` in Hz, rising, and mass-normalised shapes `(size, count)`.
 
-    `shift_hz` is a frequency of the order of the lowest elastic mode. By rounding, a mode without
-    stiffness comes out within some 1e-3 of it, or at 0.
+    Parameters:
+        stiffness: The stiffness, of shape `(size, size)`, symmetric.
+        mass: The mass, of shape `(size, size)`, symmetric.
+        count: The number of modes.
+        shift_hz: A frequency of the order of the lowest elastic mode. By rounding, a mode without
+            stiffness comes out within some 1e-3 of it, or at 0.
     """
     from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
@@ -168,7 +193,16 @@ def lowest_modes(
 def modes_below(
     stiffness: Matrix, mass: Matrix, limit_hz: float, *, expected: int, shift_hz: float
 ) -> tuple[Floats, Floats]:
-    """All modes up to `limit_hz`, of which about `expected` are thought to be there."""
+    """Frequencies `(modes,)` in Hz, rising, and mass-normalised shapes `(size, modes)` up to a
+    frequency.
+
+    Parameters:
+        stiffness: The stiffness, of shape `(size, size)`, symmetric.
+        mass: The mass, of shape `(size, size)`, symmetric.
+        limit_hz: The highest frequency.
+        expected: About how many modes are thought to be there.
+        shift_hz: A frequency of the order of the lowest elastic mode, as `lowest_modes` takes it.
+    """
     count = min(expected, stiffness.shape[0] // 2)
     frequencies, shapes = lowest_modes(stiffness, mass, count, shift_hz=shift_hz)
     while frequencies[-1] <= limit_hz and count < stiffness.shape[0] // 2:
@@ -208,10 +242,17 @@ class PlateModes:
 def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3) -> PlateModes:
     """All modes up to a frequency.
 
-    The same plate under the same effects is solved once (some seconds for 300 modes). Raises
-    `ValueError` for points off the plate, for a support that pushes (`plate.boundary` below 0), for
-    effects that leave no stiffness or damping, and where the plate was given fewer damping ratios
-    than it has modes.
+    The same plate under the same effects is solved once (some seconds for 300 modes).
+
+    Parameters:
+        plate: The plate as it was built.
+        effects: Which effects act, and how strongly.
+        max_frequency_hz: The highest frequency; 20 kHz by default.
+
+    Raises:
+        ValueError: For points off the plate, for a support that pushes (`plate.boundary` below 0),
+            for effects that leave no stiffness or damping, and where the plate was given fewer
+            damping ratios than it has modes.
     """
     stretch = 1 + FREQUENCY_STEP * effects["plate.stiffness"]
     _checked(effects, stretch, max_frequency_hz)
@@ -240,7 +281,15 @@ def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3
 
 
 def flexural_wavenumber(plate: BenchPlate, frequency_hz: float) -> float:
-    """Wavenumber (rad/m) of Mindlin's flexural wave (J. Appl. Mech. 18, 1951)."""
+    """Wavenumber (rad/m) of Mindlin's flexural wave.
+
+    Parameters:
+        plate: The plate, of which material and thickness count.
+        frequency_hz: The frequency of the wave.
+
+    Source:
+        Mindlin, J. Appl. Mech. 18, 1951.
+    """
     rho, h = plate.material.density_kg_m3, plate.thickness_m
     omega = 2 * math.pi * frequency_hz
     shear = rho / (SHEAR_CORRECTION * plate.material.shear_modulus_pa)
@@ -330,8 +379,13 @@ def modal_table(modes: PlateModes, point: int) -> str:
     """CSV text: mode, frequency_hz, damping_ratio, shape_impact and shape_SENSOR in 1/sqrt(kg), a
     row for each mode.
 
-    For a plate that the bench then treats otherwise, give the modes without effects: the table is
-    what the laboratory believes. Raises `ValueError` for an impact point the modes do not have.
+    Parameters:
+        modes: The modes of the plate. For a plate that the bench then treats otherwise, give those
+            without effects: the table is what the laboratory believes.
+        point: Index of the impact point.
+
+    Raises:
+        ValueError: For an impact point the modes do not have.
     """
     if point not in range(modes.shape_impact.shape[0]):
         raise ValueError(f"point = {point!r}: expected 0 to {modes.shape_impact.shape[0] - 1}")

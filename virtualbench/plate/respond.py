@@ -35,8 +35,14 @@ class Oscillators:
 
     @classmethod
     def of(cls, frequencies_hz: Floats, damping: Floats, weights: Floats) -> Oscillators:
-        """The elastic ones among modes (m,), `weights` (sensors, m) being shape at sensor times
-        shape at the hit."""
+        """The elastic ones among modes.
+
+        Parameters:
+            frequencies_hz: The modes' frequencies, of shape `(m,)`; 0 for rigid ones, which are
+                left out.
+            damping: The modes' damping ratios, of shape `(m,)`.
+            weights: Shape at the sensor times shape at the hit, in 1/kg, of shape `(sensors, m)`.
+        """
         elastic = frequencies_hz > 0  # a rigid mode's acceleration is the force itself
         omega, zeta = 2 * np.pi * frequencies_hz[elastic], damping[elastic]
         damped = omega * np.sqrt(1 - zeta**2)
@@ -45,7 +51,11 @@ class Oscillators:
 
     def block(self, step_s: float) -> int:
         """Steps over which no mode decays by more than exp(-5), so that `stepped` may divide by the
-        decay."""
+        decay.
+
+        Parameters:
+            step_s: The time between two samples of the force.
+        """
         fastest = float(-self.poles.real.min(initial=0.0)) * step_s
         return (
             _LONGEST_BLOCK
@@ -54,8 +64,13 @@ class Oscillators:
         )
 
     def stepped(self, step_s: float, state: Complexes, samples: Floats) -> Complexes:
-        """States (m, samples) at the samples of a force, from the state (m,) at the first; one
-        block at most."""
+        """States `(m, samples)` at the samples of a force.
+
+        Parameters:
+            step_s: The time between two samples of the force.
+            state: The states at the first sample, of shape `(m,)`.
+            samples: The force in N, of shape `(samples,)`; at most as many steps as `block` says.
+        """
         unit, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
         from_level = self.after(step_s * unit, none, unit, 0 * unit)
         from_slope = self.after(step_s * unit, none, 0 * unit, unit / step_s)
@@ -65,8 +80,14 @@ class Oscillators:
         return np.concatenate([state[:, None], decay * gathered], axis=1)
 
     def after(self, since_s: Floats, states: Complexes, level: Floats, slope: Floats) -> Complexes:
-        """States (m, n) some times (n,) after `states` (m, n), under a force from `level` on,
-        growing with `slope`."""
+        """States `(m, n)` some times after other states, under a force that grows evenly.
+
+        Parameters:
+            since_s: The times after `states`, of shape `(n,)`.
+            states: The states before, of shape `(m, n)`.
+            level: The force at `states` in N, of shape `(n,)`.
+            slope: The growth of the force in N/s, of shape `(n,)`.
+        """
         x = self.poles[:, None] * since_s
         first = _divided(np.expm1(x), x, 1 + x / 2 + x**2 / 6 + x**3 / 24 + x**4 / 120)
         second = _divided(first - 1, x, 1 / 2 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720)
@@ -75,10 +96,16 @@ class Oscillators:
         )
 
     def decaying(self, state: Complexes, delay_s: float, step_s: float, count: int) -> Floats:
-        """Accelerations (sensors, count) without a force, from `delay_s` after the states (m,) on.
+        """Accelerations `(sensors, count)` in m/s2 without a force.
 
         exp(lambda (j B + k) step) is a product: two short tables instead of one number for every
         mode and instant.
+
+        Parameters:
+            state: The states, of shape `(m,)`.
+            delay_s: The time of the first acceleration after `state`.
+            step_s: The time between two accelerations.
+            count: The number of accelerations.
         """
         length = math.isqrt(count - 1) + 1
         starts = np.exp(
@@ -111,13 +138,21 @@ def respond(
     point: int = 0,
     bandwidth_hz: float | None = None,
 ) -> Floats:
-    """Acceleration (sensors, n) in m/s^2 at the times `time_s` (n,), of a plate at rest before.
+    """Acceleration `(sensors, n)` in m/s^2 at the times `time_s`, of a plate at rest before.
 
-    `force_n` on its even grid `force_time_s` acts at impact point number `point`; it is zero
-    outside the grid. `time_s` is even too, may begin before the force and end whenever it likes.
-    Modes beyond `bandwidth_hz`, the pulse's own unless given, are left out. Raises `ValueError` for
-    uneven grids, shapes that do not fit, numbers that are not finite, and an impact point the modes
-    do not have.
+    Parameters:
+        modes: The modes of the plate.
+        force_time_s: An even grid of times, of shape `(k,)`.
+        force_n: The force on this grid, of shape `(k,)`; it is zero outside the grid.
+        time_s: The times of the accelerations, of shape `(n,)`; an even grid, too, which may begin
+            before the force and end at any time.
+        point: Index of the impact point at which the force acts; 0 by default.
+        bandwidth_hz: Modes beyond this frequency are left out; by default that of the pulse, as
+            `pulse_bandwidth_hz` gives it.
+
+    Raises:
+        ValueError: For uneven grids, shapes that do not fit, numbers that are not finite, and an
+            impact point the modes do not have.
     """
     points = modes.shape_impact.shape[0]
     if point not in range(points):
@@ -144,10 +179,18 @@ def respond(
 
 
 def pulse_bandwidth_hz(time_s: Floats, force_n: Floats) -> float:
-    """The frequency (Hz) beyond which `f |F(f)|` stays below 1e-4 of its peak; 0 for no force at
-    all.
+    """The frequency (Hz) beyond which `f |F(f)|` stays below 1e-4 of its peak.
 
-    Infinity where the samples are too coarse to show such a frequency.
+    Parameters:
+        time_s: An even grid of times, of shape `(n,)`.
+        force_n: The force on this grid, of shape `(n,)`.
+
+    Returns:
+        That frequency; 0 for no force at all, and infinity where the samples are too coarse to show
+        such a frequency.
+
+    Raises:
+        ValueError: For an uneven grid.
     """
     step = _even_step("force_time_s", time_s)
     length = _PADDING * force_n.size

@@ -17,9 +17,16 @@ from .filters import decimated, gain, low_passed, mounted, offset_si, resonance_
 
 
 def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
-    """Nearest counts of `written` (n,) in volts or the sensor's unit, in two's complement:
-    -2^(bits-1) to one less than its opposite. Raises `ValueError` for NaN: no converter has a code
-    for it."""
+    """Nearest counts `(n,)` of a converter, in two's complement: -2^(bits-1) to one less than its
+    opposite.
+
+    Parameters:
+        written: Values in volts or the sensor's unit, of shape `(n,)`.
+        sensor: The measuring chain, with the converter.
+
+    Raises:
+        ValueError: For NaN: no converter has a code for it.
+    """
     values = np.asarray(written, dtype=np.float64) / sensor.step
     if np.isnan(values).any():
         raise ValueError(
@@ -30,19 +37,40 @@ def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
 
 
 def converted(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.float32]:
-    """What the recorder writes (n,): `counts` times the step. Zero has no sign, since counts have
-    none."""
+    """What the recorder writes `(n,)`: `counts` times the step. Zero has no sign, since counts have
+    none.
+
+    Parameters:
+        written: Values in volts or the sensor's unit, of shape `(n,)`.
+        sensor: The measuring chain, with the converter.
+
+    Raises:
+        ValueError: As `counts` raises it.
+    """
     return (counts(written, sensor) * sensor.step).astype(np.float32)
 
 
 def written(values_si: Floats, sensor: SensorBuild) -> Floats:
-    """SI to what is written: the unit, and the volts of the nominal calibration."""
+    """SI to what is written, by the nominal calibration.
+
+    Parameters:
+        values_si: Values in the SI unit of the sensor's quantity, of any shape.
+        sensor: The measuring chain.
+
+    Returns:
+        Volts where the sensor has a sensitivity, else values in its unit; of the same shape.
+    """
     in_unit = values_si / sensor.si_per_unit
     return in_unit if sensor.sensitivity is None else in_unit * sensor.sensitivity + sensor.offset_v
 
 
 def calibrated(written_values: NDArray[Any], sensor: SensorBuild) -> Floats:
-    """The inverse of `written`, as the lab applies it."""
+    """The inverse of `written`, as the lab applies it.
+
+    Parameters:
+        written_values: Values in volts or the sensor's unit, of any shape.
+        sensor: The measuring chain.
+    """
     values = np.asarray(written_values, dtype=np.float64)
     if sensor.sensitivity is not None:
         values = (values - sensor.offset_v) / sensor.sensitivity
@@ -59,12 +87,23 @@ def record(
     *,
     day_fraction: float = 0.0,
 ) -> NDArray[np.float32]:
-    """What the recorder writes of a signal (n,) on even times (n,): samples at `sampling_rate_hz`
-    from the first on.
+    """What the recorder writes of a signal: samples `(m,)` from the first time on, in volts where
+    the sensor has a sensitivity, else in its unit.
 
-    In volts where the sensor has a sensitivity, else in its unit. Between its samples the signal is
-    linear, before and after them it stays at its ends. Raises `ValueError` for uneven times, NaN,
-    and a signal that is coarser than the recorder.
+    Between its samples the signal is linear, before and after them it stays at its ends.
+
+    Parameters:
+        signal_time_s: Even times, of shape `(n,)`.
+        signal_si: The signal at these times in SI, of shape `(n,)`.
+        sensor: The measuring chain.
+        sampling_rate_hz: The rate of the recorder, at most that of the signal.
+        effects: The strength of each effect, by its name.
+        rng: Generator of random numbers, for the noise.
+        day_fraction: When in its day the recording is made, for the drift: from 0 in the morning,
+            which is the default, to 1 in the evening.
+
+    Raises:
+        ValueError: For uneven times, NaN, and a signal that is coarser than the recorder.
     """
     band_limited = analog(signal_time_s, signal_si, sensor, sampling_rate_hz, effects)
     return digitised(
@@ -79,8 +118,19 @@ def analog(
     sampling_rate_hz: float,
     effects: Mapping[str, float],
 ) -> Floats:
-    """The linear half of `record`, SI (m,): so windows of a long recording can be filtered alone
-    and added up."""
+    """The linear half of `record`, SI `(m,)`: so windows of a long recording can be filtered alone
+    and added up.
+
+    Parameters:
+        signal_time_s: Even times, of shape `(n,)`.
+        signal_si: The signal at these times in SI, of shape `(n,)`.
+        sensor: The measuring chain.
+        sampling_rate_hz: The rate of the recorder, at most that of the signal.
+        effects: The strength of each effect, by its name.
+
+    Raises:
+        ValueError: For uneven times, and a signal that is coarser than the recorder.
+    """
     values, period, ratio = _on_multiple(signal_time_s, signal_si, sampling_rate_hz)
     resonance = resonance_hz(sensor, effects)
     if resonance is not None:
@@ -100,8 +150,25 @@ def digitised(
     *,
     day_fraction: float = 0.0,
 ) -> NDArray[np.float32]:
-    """The other half of `record`, on a whole recording (n,) at the recorder's rate: faults, noise,
-    conversion."""
+    """The other half of `record`, on a whole recording: faults, noise, conversion.
+
+    Parameters:
+        band_limited_si: The recording in SI at the recorder's rate, of shape `(n,)`, as `analog`
+            gives it.
+        sensor: The measuring chain.
+        sampling_rate_hz: The rate of the recorder.
+        effects: The strength of each effect, by its name.
+        rng: Generator of random numbers, for the noise.
+        day_fraction: When in its day the recording is made, for the drift: from 0 in the morning,
+            which is the default, to 1 in the evening.
+
+    Returns:
+        What the recorder writes, of shape `(n,)`, in volts where the sensor has a sensitivity, else
+        in its unit.
+
+    Raises:
+        ValueError: For NaN.
+    """
     values = np.asarray(band_limited_si, dtype=np.float64) * gain(sensor, effects, day_fraction)
     share = effects["sensor.zero_shift"] * sensor.zero_shift_fault
     if sensor.quantity == "acceleration" and share:
@@ -114,7 +181,13 @@ def digitised(
 
 
 def corner_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None:
-    """The low-pass of the electronics, None without one; that of a force channel is an effect."""
+    """The corner (Hz) of the low-pass of the electronics, None without one; that of a force channel
+    is an effect.
+
+    Parameters:
+        sensor: The measuring chain.
+        effects: The strength of each effect, by its name.
+    """
     if sensor.quantity != "force" or sensor.bandwidth_hz is None:
         return sensor.bandwidth_hz
     strength = effects["sensor.force_bandwidth"]
