@@ -17,7 +17,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help lock setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
+.PHONY: help lock setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale compile-costs blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -80,6 +80,9 @@ gallery: .venv/.pyroshock-test ## the thesis's figures that the software can dra
 
 bench: .venv/.pyroshock-bench ## everything beside its peers, in a quarter of an hour, into docs/measurements/benchmarks.md
 	@$(BIN)/python -m benchmarks
+
+compile-costs: .venv/.pyroshock-models ## what each compiled function costs a new installation, in CPU seconds: three minutes
+	@$(BIN)/python -m tools.compile_costs
 
 bench-full: .venv/.pyroshock-bench ## every promise at full size: 180 recordings, a million impacts; two hours
 	@$(PYTEST) -m bench --timeout=0 tests

@@ -65,7 +65,11 @@ def hidden_by_differences(
     hidden = np.full(maximax.shape, np.inf)
     highest = line.max(initial=0.0, where=line <= MOST_LINE)
     if zeta <= MOST_DAMPING and records.shape[-1] >= WIDTH and highest > 0:
-        _bound(records, continuation_taper(records.shape[-1]), line, zeta, highest, maximax, hidden)
+        octaves = _OCTAVES * np.arange(WIDTH - 2, -1, -1) / (WIDTH - 2)
+        rates = np.append(0.0, zeta * highest * 2.0**-octaves)
+        taper = continuation_taper(records.shape[-1])
+        work = np.empty(taper.size + 8), np.exp(-WIDTH * rates)[None], np.empty((7, WIDTH))
+        _bound(records, taper, line, zeta, highest, rates, *work, maximax, hidden)
     return hidden
 
 
@@ -115,30 +119,31 @@ def _add_differences(series, decay, totals):  # type: ignore[no-untyped-def]
         store(totals, row, value)
 
 
-@njit("(f8[:, ::1], f8[::1], f8[::1], f8, f8, f8[:, :], f8[:, ::1])", nogil=True, cache=True)
-def _bound(records, taper, line, zeta, highest, maximax, hidden):  # type: ignore[no-untyped-def]
+@njit(nogil=True, cache=True)
+def _bound(  # type: ignore[no-untyped-def]
+    records, taper, line, zeta, highest, rates, end, decay, totals, maximax, hidden
+):
+    # Loops in place of slices and of max(), whose messages take two seconds to compile.
     n, continued = records.shape[1], taper.size
-    rates, decay = np.zeros(WIDTH), np.ones((1, WIDTH))
-    for j in range(1, WIDTH):
-        rates[j] = zeta * highest * 2.0 ** (-_OCTAVES * (WIDTH - 1 - j) / (WIDTH - 2))
-        decay[0, j] = math.exp(-WIDTH * rates[j])
-    end, totals = np.empty(continued + 8), np.empty((7, WIDTH))
     growth = 1 / math.sqrt(1 - zeta**2)
     for row in range(len(records)):
         record = records[row]
         totals[:] = 0.0
-        end[:4] = 0.0
+        for k in range(4):
+            end[k], end[4 + continued + k] = 0.0, record[k]
         for step in range(1, continued + 1):
             end[4 + continued - step] = (2 * record[0] - record[min(step, n - 1)]) * taper[step - 1]
-        end[4 + continued :] = record[:4]
         _add_differences(end, decay, totals)
         _add_differences(record, decay, totals)
-        end[:4] = record[n - 4 :]
+        for k in range(4):
+            end[k], end[4 + continued + k] = record[n - 4 + k], 0.0
         for step in range(1, continued + 1):
             end[3 + step] = (2 * record[n - 1] - record[max(n - 1 - step, 0)]) * taper[step - 1]
-        end[4 + continued :] = 0.0
         _add_differences(end, decay, totals)
-        most, most_d2, most_d4 = totals[4].max(), totals[5].max(), totals[6].max()
+        most = most_d2 = most_d4 = 0.0
+        for j in range(WIDTH):
+            most, most_d2 = max(most, totals[4, j]), max(most_d2, totals[5, j])
+            most_d4 = max(most_d4, totals[6, j])
         between = most + _BETWEEN_SAMPLES * most_d2
         slope = math.sqrt(2 * between * DERIVATIVE * most_d2)
         for i in range(line.size):

@@ -279,7 +279,9 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
     plate; and the nodes (k, 4): contact, time, force and its rate.
     """
     n, m, levels = len(figures), modes.shape[1], len(steps)
-    results, count = np.zeros((9, n)), 0
+    results = np.zeros((9, n))
+    # Plain numbers would be types of their own, for which what takes them is compiled once more.
+    count, most = np.intp(0), np.intp(4)
     nodes = np.empty((256 * n + 64, 4))
     state, ahead, behind = np.zeros((2, m)), np.zeros((2, m)), np.zeros((2, m))
     last_level, longest = levels - 1, ending[0] * step
@@ -313,7 +315,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
         for j in range(m):
             state[0, j] = state[1, j] = 0.0
         moved, speed = _predicted(steps[level], modes, state, force, rate, ahead)
-        nodes = with_room(nodes, count, 4)
+        nodes = with_room(nodes, count, most)
         count = noted(nodes, count, i, 0.0, 0.0, 0.0)
         while time < longest:
             h = step / 2**level
@@ -383,7 +385,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
                 separation, touching = time + share * h, False
                 if not turned:  # parted before it turned: the summit was in this step
                     turned, compression = True, time
-            nodes = with_room(nodes, count, 2)
+            nodes = with_room(nodes, count, most)
             if begins:
                 touching = True
                 contacts += 1

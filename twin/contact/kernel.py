@@ -117,7 +117,7 @@ def layer(law, static):  # type: ignore[no-untyped-def]
     return law.compliance * static * share
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _pace(law, depth, velocity):  # type: ignore[no-untyped-def]
     """What a step needs of a state, phi and d xi / dt; and of what they are made: dx / dt, f, df /
     d xi, 1 + a x' and 1 + a lambda f."""
@@ -142,7 +142,7 @@ def rates(law, depth, velocity):  # type: ignore[no-untyped-def]
     return Rates(force, indentation, approach, approach_rate, force_rate, static, slope)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _raised(s, power):  # type: ignore[no-untyped-def]
     """s^(q - 1); q is 2, and 3 for spheres on a layer."""
     if power == 2.0:
@@ -150,7 +150,7 @@ def _raised(s, power):  # type: ignore[no-untyped-def]
     return s * s if power == 3.0 else s ** (power - 1.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _step(law, own_time, power, s, size, depth, velocity, now):  # type: ignore[no-untyped-def]
     """Indentation and velocity after one step of s; `now` are the rates at its begin."""
     unit, half = own_time * power, 0.5 * size
@@ -168,7 +168,7 @@ def _step(law, own_time, power, s, size, depth, velocity, now):  # type: ignore[
     return depth + sixth * (d1 + 2 * (d2 + d3) + d4), velocity + sixth * (v1 + 2 * (v2 + v3) + v4)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignore[no-untyped-def]
     """s, indentation and velocity at the depth of yield, which the next step passes: the force's
     slope has a kink.
@@ -205,7 +205,7 @@ def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignor
     return s + part, there, fast
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _to_the_turn(law, time, depth, velocity):  # type: ignore[no-untyped-def]
     """Time, indentation, velocity where the approach ends, in one step of its rate: Henon, Physica
     D 5 (1982) 412."""
@@ -257,13 +257,13 @@ def unloading(law, deepest):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _left(law, depth, static):  # type: ignore[no-untyped-def]
     """Way until the bodies part."""
     return depth - law.rest + layer(law, static)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
     """How an unloading goes on."""
     speed, depth_to_separation = -now.approach, _left(law, depth, now.static)
@@ -277,7 +277,7 @@ def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
     return _TOUCHING if not steady and now.force < least else _ANOTHER_STEP
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _law(w, i):  # type: ignore[no-untyped-def]
     """Of one contact of the table."""
     return Law(
@@ -293,7 +293,7 @@ def _law(w, i):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _rates_of(w, i):  # type: ignore[no-untyped-def]
     """`rates`, from what `_pace_all` left of one contact."""
     gripped = w[_SLOPE + i] * w[_INDENTATION + i] * w[_GRIP + i]
@@ -310,7 +310,7 @@ def _rates_of(w, i):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _pace_all(w, n):  # type: ignore[no-untyped-def]
     """`_pace` of the first n contacts at `_AT_DEPTH` and `_AT_VELOCITY`."""
     spheres = tangents = True
@@ -353,7 +353,7 @@ def _pace_all(w, n):  # type: ignore[no-untyped-def]
         )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _step_all(w, n, size):  # type: ignore[no-untyped-def]
     """The first n contacts on by one step of s; their rates at its begin are known."""
     for i in range(n):
@@ -384,22 +384,23 @@ def _step_all(w, n, size):  # type: ignore[no-untyped-def]
         w[_VELOCITY + i] += size / 6 * w[_SUM_VELOCITY + i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _pace_here(w, n):  # type: ignore[no-untyped-def]
     for i in range(n):
         w[_AT_DEPTH + i], w[_AT_VELOCITY + i] = w[_DEPTH + i], w[_VELOCITY + i]
     _pace_all(w, n)
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True, error_model="numpy")
 def _swap(w, i, k):  # type: ignore[no-untyped-def]
     """Contacts i and k of the table."""
     for row in range(0, _ROWS, _WIDTH):
         w[row + i], w[row + k] = w[row + k], w[row + i]
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True, error_model="numpy")
 def with_room(nodes, count, more):  # type: ignore[no-untyped-def]
+    """`nodes` where `more` fit behind the first `count`, else a larger table with these."""
     if count + more <= len(nodes):
         return nodes
     larger = np.empty((2 * (count + more), nodes.shape[1]))
@@ -409,7 +410,7 @@ def with_room(nodes, count, more):  # type: ignore[no-untyped-def]
     return larger
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True, error_model="numpy")
 def noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-untyped-def]
     """A node more; how many there are."""
     nodes[count, 0], nodes[count, 1], nodes[count, 2], nodes[count, 3] = (
@@ -421,7 +422,7 @@ def noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-un
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     """n contacts from the touch to the deepest indentation, at `_TIME`: how many fail, the nodes,
     how many those are.
@@ -476,7 +477,7 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     return n, nodes, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _unload(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     """The same from the deepest indentation to the end, or to where the landing begins; `_ELASTIC`
     is how it ends."""
@@ -508,7 +509,7 @@ def _unload(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     return n, nodes, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _land(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     """The first n contacts in steps of the way left, to the end of it."""
     landing = max(steps // 3, 1)
@@ -563,7 +564,7 @@ def by_contact(nodes, n):  # type: ignore[no-untyped-def]
     return first, ordered
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def _shorten_steps(w, i, law, size):  # type: ignore[no-untyped-def]
     """Steps from the turn on that resolve the recoil, where what springs back is far shorter than
     what was pressed in.
@@ -587,7 +588,9 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
     and that did not end; and the nodes (3, k), time and force and its rate, those of contact i from
     `first[i]` to `first[i + 1]`.
     """
-    n, count, unturned, endless = len(figures), 0, 0, 0
+    n, unturned, endless = len(figures), 0, 0
+    # A plain 0 would be a type of its own, for which all that it goes to is compiled once more.
+    count, nobody = np.intp(0), np.intp(0)
     outcomes, w = np.empty((6, n)), np.empty(_ROWS)
     nodes = np.empty((2 * steps * n + 2 * _WIDTH, 4))
     for start in range(0, n, _WIDTH):
@@ -623,7 +626,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
         endless += failed
         if failed:
             continue
-        landing = 0
+        landing = nobody
         for i in range(some):
             if w[_ELASTIC + i] == _LANDING:
                 _swap(w, i, landing)

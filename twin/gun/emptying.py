@@ -137,15 +137,15 @@ class GasAtExit:
         choked = choked_flow(shot.heat_capacity_ratio)
         areas = choked * np.stack([np.full(len(shot), outlet_area_m2), self.valve_m2], axis=1)
         pressures_pa = emptied(
-            self.states,
-            self.volumes_m3,
+            np.ascontiguousarray(self.states),
+            np.ascontiguousarray(self.volumes_m3),
             areas,
             _each(shot, shot.polytropic_index),
             _each(shot, shot.atmosphere_pa),
             _each(shot, GAS_CONSTANT * shot.temperature_k),
             _each(shot, shot.pressure_zero_pa),
             critical_ratio(shot.heat_capacity_ratio),
-            np.array(self.valve),
+            np.ascontiguousarray(self.valve),
             _each(shot, exit_s),
             _each(shot, after_s),
         )

@@ -12,9 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import float64 as f8
-from numba import from_dtype, njit, void
-from numba import int64 as i8
+from numba import njit
 
 from ..ode import (
     AT_TARGET,
@@ -55,9 +53,6 @@ QUANTITIES = np.dtype(
         )
     ]
 )
-_TABLE = from_dtype(QUANTITIES)[::1]
-#: Moments and positions of each shot's valve, (n, 2, k), moments rising; k is 0 without a valve.
-_VALVE = f8[:, :, ::1]
 
 # ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it
 # is laminar.
@@ -212,12 +207,7 @@ def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):
     rates[3] = inflow - leak
 
 
-@njit(
-    void(_TABLE, _VALVE, f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1]),
-    nogil=True,
-    error_model="numpy",
-    cache=True,
-)
+@njit(nogil=True, error_model="numpy", cache=True)
 def all_rates(table, valve, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
     """Of m instants (m, n) of n shots, states (m, n, k), with what hooks add (m, n), into (m, n,
     k)."""
@@ -238,7 +228,7 @@ def all_rates(table, valve, time, state, leak, resistance, rates):  # type: igno
 
 
 @njit(nogil=True, error_model="numpy")
-def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
+def derivatives(q, since, position_then, rate, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of the six rates of a shot with a valve, by the state and by time."""
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
@@ -350,19 +340,6 @@ def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):
     by_time[4], by_time[5] = tank_factor * w_t, -flow_t
 
 
-@njit(
-    void(_TABLE, _VALVE, f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1]),
-    nogil=True,
-    error_model="numpy",
-    cache=True,
-)
-def all_derivatives(table, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
-    """Of shots with a valve (n,), into (n, 6, 6) by the states (n, 6) and (n, 6) by time."""
-    for i in range(time.size):
-        since, then, rate, _ = valve_motion(valve[i], time[i])
-        _derivatives(table[i], since, then, rate, time[i], state[i], jacobian[i], by_time[i])
-
-
 @njit(nogil=True, error_model="numpy")
 def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # type: ignore[no-untyped-def]
     """One step of the four quantities of a shot without a valve."""
@@ -444,7 +421,7 @@ def _rodas(  # type: ignore[no-untyped-def]
     q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error
 ):
     """One step of the six quantities of a shot with a valve."""
-    _derivatives(q, since, then, speed, time, state, system, by_time)
+    derivatives(q, since, then, speed, time, state, system, by_time)
     diagonal, per_step = 1 / (GAMMA * step), 1 / step
     # Transposed, so that columns of the inverse lie together.
     for r in range(6):
@@ -452,32 +429,13 @@ def _rodas(  # type: ignore[no-untyped-def]
             system[r, c], system[c, r] = -system[c, r], -system[r, c]
         system[r, r] = diagonal - system[r, r]
     _invert(system)
-    _rodas_stage(0, first, step, per_step, system, by_time, work)
-    # One call for each stage: with a number known to the compiler their sums are written out.
-    _rodas_state(1, state, work, new)
-    _rates(q, since, then, speed, time + _RODAS_NODES[1] * step, new, 0.0, 0.0, slope)
-    _rodas_stage(1, slope, step, per_step, system, by_time, work)
-    _rodas_state(2, state, work, new)
-    _rates(q, since, then, speed, time + _RODAS_NODES[2] * step, new, 0.0, 0.0, slope)
-    _rodas_stage(2, slope, step, per_step, system, by_time, work)
-    _rodas_state(3, state, work, new)
-    _rates(q, since, then, speed, time + _RODAS_NODES[3] * step, new, 0.0, 0.0, slope)
-    _rodas_stage(3, slope, step, per_step, system, by_time, work)
-    _rodas_state(4, state, work, new)
-    _rates(q, since, then, speed, time + _RODAS_NODES[4] * step, new, 0.0, 0.0, slope)
-    _rodas_stage(4, slope, step, per_step, system, by_time, work)
-    _rodas_state(5, state, work, new)
-    _rates(q, since, then, speed, time + step, new, 0.0, 0.0, slope)
-    _rodas_stage(5, slope, step, per_step, system, by_time, work)
-    # The last two stages each add to the state before.
-    for i in range(6, 8):
-        for c in range(6):
-            new[c] += work[i - 1, c]
-        _rates(q, since, then, speed, time + step, new, 0.0, 0.0, slope)
-        if i == 6:
-            _rodas_stage(6, slope, step, per_step, system, by_time, work)
-        else:
-            _rodas_stage(7, slope, step, per_step, system, by_time, work)
+    for c in range(6):
+        slope[c] = first[c]
+    for i in range(8):
+        if i > 0:
+            _rodas_state(i, state, work, new)
+            _rates(q, since, then, speed, time + _RODAS_NODES[i] * step, new, 0.0, 0.0, slope)
+        _rodas_stage(i, slope, step, per_step, system, by_time, work)
     for c in range(6):
         error[c] = work[7, c]
         new[c] += work[7, c]
@@ -628,15 +586,7 @@ def _moved(  # type: ignore[no-untyped-def]
     return time, TOO_MANY_STEPS
 
 
-@njit(
-    void(
-        _TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1], f8[:, ::1],
-        f8[:, :, ::1],
-    ),
-    nogil=True,
-    error_model="numpy",
-    cache=True,
-)  # fmt: skip
+@njit(nogil=True, error_model="numpy", cache=True)
 def run_all(  # type: ignore[no-untyped-def]
     table, valve, states, steps, floors, relative, most_steps, times, ends, leads, earlier
 ):

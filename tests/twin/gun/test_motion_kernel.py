@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from numba import njit
 from pyroshock.twin import ode
 from pyroshock.twin.effects import Parameter, Value, catalogue, parameter
 from pyroshock.twin.gun.bench import GunBench
@@ -18,7 +19,7 @@ from pyroshock.twin.gun.effects.back_pressure import BackPressure
 from pyroshock.twin.gun.effects.barrel_loss import BarrelLoss
 from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
-from pyroshock.twin.gun.motion_kernel import all_derivatives, ellipse, mass_flow
+from pyroshock.twin.gun.motion_kernel import derivatives, ellipse, mass_flow, valve_motion
 from pyroshock.twin.gun.shot import (
     ATMOSPHERE_PA,
     GAS_CONSTANT,
@@ -135,6 +136,14 @@ def chamber_of(effects: Sequence[GunEffect], n: int) -> TwoChambers:
     for effect in effects:
         shot = effect.prepare(shot)
     return TwoChambers(shot, [])
+
+
+@njit
+def all_derivatives(table, valve, time, state, jacobian, by_time):
+    """Of shots with a valve (n,), into (n, 6, 6) by the states (n, 6) and (n, 6) by time."""
+    for i in range(time.size):
+        since, then, rate, _ = valve_motion(valve[i], time[i])
+        derivatives(table[i], since, then, rate, time[i], state[i], jacobian[i], by_time[i])
 
 
 def test_derivatives_are_those_of_the_rates() -> None:
