@@ -276,10 +276,11 @@ class ExperimentStore:
                 repetitions and configurations, as far as the dataset can be split so.
             jobs: The number of processes that train at once.
             progress: Whether a bar shows the progress.
-            settings: The options of `pyroshock train`: `models` (names of the catalogue, by default
-                "all"), `seed` (the same seed gives the same models, by default 0), `budget`
-                ("reduced" by default, or "full": the size of the search of settings) and `retrain`
-                (also what is registered already, by default False).
+            settings: The options of `pyroshock train`: `models` (names of the catalogue or "all";
+                by default "usual": linear, tree, gp, coregional-gp and nn-ga), `seed` (the same
+                seed gives the same models, by default 0), `budget` ("small", "reduced" or "full":
+                the size of the search of settings; by default small for the usual models, reduced
+                for others) and `retrain` (also what is registered already, by default False).
 
         Raises:
             NotFoundError: For an unknown dataset or model.

@@ -48,7 +48,7 @@ data.splits()
 #
 # Three models: a polynomial, a decision tree, and a physical pulse whose remainder is learned
 # (`hybrid`). Each is trained once for each way of holding out, and registered as a version.
-# `store.train(data)` without names trains all models.
+# `store.train(data)` without names trains the five usual models, and `models="all"` all.
 
 # %%
 runs = store.train(data, models=["linear", "tree", "hybrid"], splits=["configurations"])

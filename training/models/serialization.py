@@ -118,7 +118,7 @@ _KIND_NAME = re.compile(r"[a-z][a-z0-9-]*")
 
 def _accepted(name: str, made: Any) -> type[ContactModel] | type[Estimator]:
     """A model of another package that keeps the contract of `docs/how-to/extend.md`."""
-    if not _KIND_NAME.fullmatch(name) or name == "all":
+    if not _KIND_NAME.fullmatch(name) or name in ("all", "usual"):
         raise ValueError(f"its name is {name!r}; expected small letters, digits and hyphens")
     if not (isinstance(made, type) and issubclass(made, ContactModel | Estimator)):
         raise TypeError(

@@ -28,10 +28,11 @@ class Training(Request):
         presentation=Presentation(positional=True, metavar="DATASET", completion="dataset_names"),
     )
     models: Names = request_field(
-        ("all",),
+        ("usual",),
         validate_default=True,
-        help="Train these models. Repeat the option, or give a list: a,b. [default: all]",
-        presentation=Presentation(metavar="A,B|all"),
+        help="Train these models. Repeat the option, or give a list: a,b. [default: usual, which "
+        "is linear, tree, gp, coregional-gp and nn-ga]",
+        presentation=Presentation(metavar="A,B|usual|all"),
     )
     split: Names = request_field(
         (),
@@ -42,8 +43,10 @@ class Training(Request):
         presentation=Presentation(metavar="S,T"),
     )
     seed: Seed = request_field(0, help="Set the seed: the same seed gives the same models.")
-    budget: Literal["reduced", "full"] = request_field(
-        "reduced", help="Choose the size of the genetic search of settings."
+    budget: Literal["small", "reduced", "full"] | None = request_field(
+        None,
+        help="Choose the size of the genetic search of settings. [default: small for the usual "
+        "models, reduced for others]",
     )
     retrain: bool = request_field(False, help="Train again what is already registered.")
 
@@ -53,7 +56,7 @@ class Training(Request):
         from ...common.model_registry import models_extra
 
         if not names:
-            raise ValueError("models is empty; expected at least one model, or all")
+            raise ValueError("models is empty; expected at least one model, usual or all")
         with models_extra():
             from ....training.models.catalogue import models_of
 
@@ -92,12 +95,15 @@ def _run(request: Training, laboratory: Laboratory, progress: Progress) -> Train
 
     with models_extra():
         from ....training.fitting import session as training_session
+        from ....training.models.catalogue import USUAL_MODELS
         from .registered_figures import RegisteredFigures
 
         db, store = laboratory.db, laboratory.store
         registry = registry_of(db) if request.retrain else fenced_registry(db, store)
+        usual = set(request.models) == set(USUAL_MODELS)
+        budget = request.budget or ("small" if usual else "reduced")
         context = context_of(
-            *(store, request.dataset, registry, request.seed, request.budget), RegisteredFigures()
+            *(store, request.dataset, registry, request.seed, budget), RegisteredFigures()
         )
         splits = _splits(request, store)
         remarks: list[str] = []
