@@ -12,9 +12,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
-from threadpoolctl import threadpool_limits
 
+from ..parallel.task import one_thread
 from ..twin.effects import Effect, catalogue
 from .chain import stages_of
 from .conclusion import Conclusion, conclude
@@ -125,7 +124,7 @@ def diagnose(
         ImplausibleRecordError: Where a channel or a unit is mislabelled.
     """
     # The matrices are many and small: threads would wait for each other, and take twice the time.
-    with threadpool_limits(limits=1):
+    with one_thread():
         return _verdict(record, options or Options(), progress or (lambda *_: None), draw)
 
 

@@ -22,6 +22,7 @@ from ..diagnosis.options import Options
 from ..files.atomic_write import write_bytes, write_text
 from ..parallel.executor import ExecutorConfig
 from ..parallel.map_tasks import run_all_tasks
+from ..parallel.task import one_thread
 from . import oracle_fit
 from .baselines import Forest
 from .case_plan import BENCHES, TIERS, CaseTask, case_of_task, tasks
@@ -91,12 +92,10 @@ def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
 
 def _learnt(task: CaseTask) -> dict[str, Any]:
     """Features and truth of one campaign; {} where it could not be read."""
-    from threadpoolctl import threadpool_limits
-
     from .baselines import GapProblem
 
     case, seed = case_of_task(task)
-    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+    with one_thread(), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         record_case(case, Path(place) / "campaign", seed)
         try:
             _, gap = gap_of_folder(Path(place) / "campaign", Options())

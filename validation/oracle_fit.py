@@ -19,6 +19,7 @@ from ..diagnosis.inference.model_search import search
 from ..diagnosis.inference.problem import InferenceProblem
 from ..diagnosis.observables.base import Stage
 from ..diagnosis.options import Options
+from ..parallel.task import one_thread
 from ..training.evaluation.summary import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
 from .case_plan import CaseTask, case_of_task
@@ -47,11 +48,9 @@ def oracle(task: OpenedTask) -> dict[str, Any]:
     The latter is measured against a recording of the same bench with next to no scatter; None for
     an answer without effects. {"error": ...} where there is none.
     """
-    from threadpoolctl import threadpool_limits
-
     case, seed = case_of_task(task.task)
     try:
-        with threadpool_limits(1):
+        with one_thread():
             stages, gap = _staged(case, seed, task.options)
             # On a bench with many effects the right ones are not fitted: that is the diagnosis's
             # own task.

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnosis.options import Options
+from ..parallel.task import one_thread
 from ..twin.effects import catalogue
 from .case_plan import BENCHES, LEFT_OUT, CaseTask, case_of_task
 from .cases.record import record_case
@@ -81,10 +82,8 @@ class CaseJob:
 
 def answer_case(job: CaseJob) -> dict[str, Any]:
     """A line of the journal. An error of the diagnosis is an answer, too: {"case", "error"}."""
-    from threadpoolctl import threadpool_limits
-
     case, seed = case_of_task(job.task)
-    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+    with one_thread(), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
         folder = Path(place) / "campaign"
         record_case(case, folder, seed)
         # From here on nothing but the folder is known. The names of effects that are left out are

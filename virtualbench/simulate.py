@@ -18,6 +18,7 @@ import numpy as np
 
 from ..parallel.executor import ExecutorConfig
 from ..parallel.map_tasks import run_all_tasks
+from ..parallel.task import one_thread
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
@@ -158,8 +159,6 @@ def simulate(
         ValueError: For what cannot be played, and for a folder that is not empty, before anything
             is written.
     """
-    from threadpoolctl import threadpool_limits
-
     _check(plan_rows, kind, out, seed, repetitions, suffix)
     if trigger is not None and kind != "gun":
         raise ValueError(
@@ -167,7 +166,7 @@ def simulate(
         )
     # One thread of linear algebra for each process: more get into each other's way, and change the
     # last bits.
-    with threadpool_limits(limits=1), whole_folder(out) as partial:
+    with one_thread(), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](
             plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes

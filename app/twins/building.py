@@ -559,9 +559,7 @@ def solved(
     drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, folder: Path
 ) -> ModalPlate:
     """Modes of a plate up to a frequency, of the finite element model, kept in `folder`."""
-    import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
-    from threadpoolctl import threadpool_limits
-
+    from ...parallel.task import one_thread
     from ...twin.plate.build import ConstantDamping, PlateBuild, named_points
     from ...twin.plate.modes import cached_plate
 
@@ -575,5 +573,5 @@ def solved(
     )
     # Dense blocks of some hundred rows: more threads of linear algebra only get into each other's
     # way, ten times over.
-    with threadpool_limits(limits=1):
+    with one_thread():
         return cached_plate(build, highest_hz, folder)
