@@ -207,7 +207,7 @@ def compiled_once() -> Iterator[None]:
     from sqlalchemy.engine.default import DefaultDialect
     from sqlalchemy.util import LRUCache
 
-    compiled: dict[Any, Any] = LRUCache(5_000)
+    compiled: LRUCache[Any, Any] = LRUCache(5_000)
     initialise = Engine.__init__
 
     def make(engine: Engine, *arguments: Any, **options: Any) -> None:
