@@ -4,7 +4,7 @@ COMMAND...`.
 The home is an empty folder, no font is known, PATH holds the system's folders and this Python's
 alone, and of the variables only those below are left. What then passes needs nothing that a person
 has installed, set or kept. Files that live as long as a test are made in memory where there is room
-for them: a disk takes up to forty times as long to make one.
+for them: a disk may take forty times as long to make one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ _KEPT = (
     ),
     *("PYROSHOCK_PAGE_PICTURES", "PYROSHOCK_FAULTS_KILLS", "PYROSHOCK_FAULTS_SEED"),
 )
-#: A file system in memory, and what must be free there: ten times what all tests need.
+#: A file system in memory, and what must be free there: each worker's database server keeps a
+#: gigabyte of log, and the tests of large recordings need theirs.
 _MEMORY = Path("/dev/shm")  # noqa: S108  # names of files in it are made by `tempfile`
 _ROOM = 8 * 2**30
 _NO_FONTS = (
