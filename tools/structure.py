@@ -26,6 +26,7 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import takewhile
 from pathlib import Path
 
@@ -52,7 +53,11 @@ class SourceFile:
 
     path: Path
     text: str
-    tree: ast.Module
+
+    @cached_property
+    def tree(self) -> ast.Module:
+        """Raises `SyntaxError` where Python cannot read the file."""
+        return ast.parse(self.text, str(self.path))
 
     @property
     def lines(self) -> int:
@@ -60,15 +65,11 @@ class SourceFile:
 
 
 def product_files(root: Path) -> list[SourceFile]:
-    """Sorted by path. Raises `SyntaxError` for a file that Python cannot read."""
+    """Sorted by path."""
     rooms = _rooms(root)
     paths = sorted(path for room in rooms for path in (root / room).rglob("*.py"))
     paths += [path for path in (root / "__init__.py", root / "__main__.py") if path.exists()]
-    files = []
-    for path in paths:
-        text = path.read_text(encoding="utf-8")
-        files.append(SourceFile(path.relative_to(root), text, ast.parse(text, str(path))))
-    return files
+    return [SourceFile(path.relative_to(root), path.read_text(encoding="utf-8")) for path in paths]
 
 
 def _rooms(root: Path) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from fastapi import APIRouter
 
 from ..operations.catalogue import operations
@@ -9,8 +11,9 @@ from .form_route import add_form
 from .json_route import add_route
 
 
+@cache
 def json_router() -> APIRouter:
-    """A JSON route for each operation that has one."""
+    """A JSON route for each operation that has one; made once, for it knows no store."""
     router = APIRouter()
     for operation in operations():
         if "json" not in operation.absent:
@@ -18,6 +21,7 @@ def json_router() -> APIRouter:
     return router
 
 
+@cache
 def form_router() -> APIRouter:
     """What answers the form of each operation; a page with the form where no page has it."""
     router = APIRouter()

@@ -20,22 +20,12 @@ from pyroshock.files.spreadsheet_guard import (
     guarding,
     without_guard,
 )
+from pyroshock.tools.structure import product_files
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Writers of what other programs read: campaign folders of the virtual bench, whose files the
 #: exchange format states.
 FOR_PROGRAMS = {"virtualbench/plate/modes.py", "virtualbench/recorder.py"}
-NO_PRODUCT = (
-    ".venv",
-    ".cache",
-    "tests",
-    "tools",
-    "benchmarks",
-    "docs",
-    "examples",
-    "build",
-    "results",
-)
 FORMULAS = [
     "=1+1", "=HYPERLINK(\"http://evil.example\")", "+cmd|' /C calc'!A0", "-2+3+cmd|' /C calc'!A0",
     "@SUM(1;1)",
@@ -112,27 +102,16 @@ def _calls(tree: ast.AST) -> set[str]:
 def test_the_product_writes_csv_nowhere_else() -> None:
     """`to_csv` only of a guarded frame, or where the text is read back at once."""
     places = {}
-    for file in ROOT.rglob("*.py"):
-        name = file.relative_to(ROOT).as_posix()
-        if name.split("/")[0] in (
-            ".venv",
-            ".cache",
-            "tests",
-            "tools",
-            "benchmarks",
-            "docs",
-            "examples",
-            "build",
-            "results",
-        ):
+    for file in product_files(ROOT):
+        if "csv" not in file.text:
             continue
-        calls = _calls(ast.parse(file.read_text(encoding="utf-8")))
-        if found := {
+        calls = _calls(file.tree)
+        if writers := {
             call
             for call in calls
             if call in ("csv.writer", "csv.DictWriter") or call.endswith("to_csv")
         }:
-            places[name] = found
+            places[file.path.as_posix()] = writers
     assert (
         places
         == {

@@ -378,6 +378,7 @@ def asked_by_form(client: TestClient, declared: Operation[Any, Any], values: Any
     return post(client, action, sent, headers={"X-Pyroshock-Form": "1"})
 
 
+@pytest.mark.usefixtures("coarse_plates")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_request_gives_the_same_answer_at_every_door(
     request: pytest.FixtureRequest, tmp_path: Path, name: str
