@@ -3,6 +3,8 @@ instant."""
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib
 import sys
 from collections.abc import Sequence
@@ -64,6 +66,8 @@ class LazyGroup(click.Group):
             return super().main(args, standalone_mode=False, **extra)
         if args is None:  # the process was started for this command, and is nobody else's
             close_working_directory()
+            # at the end all memory goes at once; to search it for garbage first takes 0.2 s
+            atexit.register(gc.freeze)
         try:
             # click returns the code of an early exit, and None of a command that ran through
             code = super().main(args, standalone_mode=False, **extra)
