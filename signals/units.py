@@ -164,6 +164,9 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
     target = SI_UNITS[quantity]
     if (usual := usual_factor(unit, target)) is not None:
         return usual, 0.0
+    refusal = f"unit {unit!r} does not measure {quantity}; expected something like {target!r}"
+    if any(unit.strip() in factors for factors in USUAL_FACTORS.values()):
+        raise UnitError(refusal)
     import pint
 
     ureg = registry()
@@ -176,9 +179,7 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
             return float(factor - zero), float(zero)
         return float(source.to(wanted).magnitude), 0.0
     except pint.DimensionalityError as error:
-        raise UnitError(
-            f"unit {unit!r} does not measure {quantity}; expected something like {target!r}"
-        ) from error
+        raise UnitError(refusal) from error
     except (UnitError, AttributeError, TypeError, ValueError) as error:
         raise UnitError(
             f"unknown unit {unit!r:.100} for {quantity}; expected something like {target!r}"
