@@ -28,7 +28,7 @@ SI_UNITS: dict[str, str] = {
 #: SI unit -> factors of the units in which nearly all is written. They are pint's, and spare its
 #: import and its registry, which take 0.4 s. A `g` of a mass is a gram.
 USUAL_FACTORS: dict[str, dict[str, float]] = {
-    "N": {"N": 1.0, "kN": 1e3},
+    "N": {"N": 1.0, "Newtons": 1.0, "kN": 1e3},
     "m/s2": {"m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "m/s**2": 1.0, "g": 9.80665},
     "m/s": {"m/s": 1.0},
     "m": {"m": 1.0, "mm": 1e-3},

@@ -89,6 +89,7 @@ def test_usual_units_convert_as_pint_converts_them(number, usual, other):
     unit, si_unit = usual
     pint_names = {"g": "gram" if si_unit == "kg" else "standard_gravity"}
     pint_names |= dict.fromkeys(("m/s2", "m/s²", "m/s^2"), "m/s**2") | {"1": "dimensionless"}
+    pint_names["Newtons"] = "newton"
 
     def in_pint(name):
         return registry().Quantity(number, pint_names.get(name, name))
