@@ -31,7 +31,7 @@ COMPILED = ("llvmlite", "numba", "scipy")
 
 #: Commands and the heavy libraries that each may load, lighter commands first: one process runs
 #: all of a list, so that a command finds what those before it have loaded.
-LISTS = {
+LISTS: dict[str, list[tuple[str, tuple[str, ...]]]] = {
     "refused by the request": [
         ("predict --bullet-mass -1kg", ()),
         ("predict --tank-pressure 5", ()),
