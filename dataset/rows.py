@@ -257,6 +257,24 @@ def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
     )
 
 
+def material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
+    """A material by name or alias, in any case.
+
+    Parameters:
+        materials: The materials by name and alias in lower case.
+        name: The name or alias.
+
+    Raises:
+        LookupError: For a name there is none of; the message names those there are.
+    """
+    if name.lower() not in materials:
+        material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
+        raise LookupError(
+            f"no material {name!r}; there are: {material_names} (pyroshock materials)"
+        )
+    return materials[name.lower()]
+
+
 def by_name(
     materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]
 ) -> dict[str, ElasticMaterial]:

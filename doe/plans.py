@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import func, select, true
 from sqlalchemy.orm import Session
 
@@ -19,8 +17,13 @@ from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
 from ..schema.run_states import has_rejected, is_rejected, repetition_table, run_status
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
-from .designs.base import Design
 from .space import Space, space_from_text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .designs.base import Design
 
 Settings = Mapping[str, float]
 
@@ -110,11 +113,7 @@ class StoredPlan:
                 none is named.
         """
         chosen = [run.row for run in self.runs if not statuses or run.status in statuses]
-        return (
-            self.space.treatments(chosen)
-            if chosen
-            else np.empty((0, len(self.space.axes)), dtype=np.int64)
-        )
+        return self.space.treatments(chosen)
 
 
 def add_plan(

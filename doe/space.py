@@ -13,14 +13,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, cast, get_args
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from ..files.toml_text import read_toml_text
 from .factors import DesignFactor, Rule, connected
 from .toml_space import parse
+
+if TYPE_CHECKING:  # stored plans are read without arrays
+    import numpy as np
+    from numpy.typing import NDArray
 
 Kind = Literal["hammer", "gun"]
 
@@ -156,6 +157,8 @@ class Space:
         Raises:
             ValueError: As `checked` raises it.
         """
+        import numpy as np
+
         rows = self.checked(treatments)
         sizes, strata = (
             np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata")
@@ -188,6 +191,8 @@ class Space:
     def all_treatments(self) -> NDArray[np.int64]:
         """Every feasible treatment, (size, axes), the last axis fastest. Raises `ValueError` beyond
         a million."""
+        import numpy as np
+
         if self.size > _MOST_TREATMENTS:
             raise ValueError(
                 f"space {self.name!r}: {self.size} treatments; expected at "
@@ -206,6 +211,8 @@ class Space:
             ValueError: For another shape, for numbers that are no integers, and for an index beyond
                 its axis.
         """
+        import numpy as np
+
         rows = np.asarray(treatments)
         if (
             rows.ndim != 2
@@ -256,6 +263,8 @@ class Space:
                 names the run ("run" of the row, else its number from 1), and the column and the
                 value, or the rule that the row breaks.
         """
+        import numpy as np
+
         result = np.empty((len(rows), len(self.axes)), dtype=np.int64)
         for number, row in enumerate(rows):
             try:

@@ -85,6 +85,24 @@ BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}
 BY_NAME = {factor.name: factor for factor in KNOWN_FACTORS}
 
 
+def checked_chain_height(height_m: float) -> float:
+    """A height by which the chains of a plate lift it.
+
+    Parameters:
+        height_m: The height, m.
+
+    Raises:
+        ValueError: Where it is not a whole number of links.
+    """
+    height = BY_COLUMN["chain_height_mm"]
+    if not height.allows(height_m / height.scale):
+        raise ValueError(
+            f"chain height {1e3 * height_m:g} mm: expected "
+            f"{height.expected_number}, for the plate hangs by links of {height.step:g} mm"
+        )
+    return height_m
+
+
 def column_of(factor: str) -> tuple[str, float]:
     """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5).
 

@@ -15,6 +15,11 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from .base import LONG, Base, HasId, WithProvenance, names_row, one_of, positive
 
 STORED, SET_ASIDE = STATUSES = ("stored", "set aside")
+#: Keys of a channel's header, which no instrument writes: of the tank's pressure, of the laser, and
+#: of any channel whose sensor was calibrated.
+VALVE_OPENING = "pyroshock_valve_opening"
+MUZZLE_VELOCITY = "pyroshock_muzzle_velocity"
+CALIBRATION = "pyroshock_calibration"
 
 
 class Recording(HasId, WithProvenance, Base):

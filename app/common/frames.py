@@ -130,9 +130,7 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
     Raises `ValueError` that says `name` for a bare number, an unknown unit or a unit of another
     dimension.
     """
-    from pint.errors import PintError
-
-    from ...signals.units import UnitError, unit_quantity
+    from ...signals.units import usual_factor
 
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""
@@ -149,18 +147,29 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
         raise ValueError(
             f"{name} is {text!r}; expected a number with a unit: did you mean {given}{meant}?"
         )
+    value = float(number.group().replace(",", "."))
+    factor = usual_factor(unit, si_unit)
+    if factor is not None:
+        value *= factor
+    else:
+        value = _by_pint(value, unit, si_unit, text, name)
+    if not math.isfinite(value):
+        raise ValueError(f"{name} is {text!r}; expected a finite number")
+    return value
+
+
+def _by_pint(number: float, unit: str, si_unit: str, text: str, name: str) -> float:
+    """`number` of a unit in `si_unit`, of any unit that pint knows. Raises as `parse_quantity`."""
+    from pint.errors import PintError
+
+    from ...signals.units import UnitError, unit_quantity
+
     try:
-        scale = unit_quantity(
-            "gram" if (unit, si_unit) == ("g", "kg") else unit
-        )  # a mass in g is no acceleration
-        value = (float(number.group().replace(",", ".")) * scale).to(si_unit).magnitude
+        return float((number * unit_quantity(unit)).to(si_unit).magnitude)
     except (PintError, UnitError, ArithmeticError, AttributeError, TypeError, ValueError) as error:
         raise ValueError(
             f"{name} is {text!r:.200}; expected a unit such as {suggested_unit(1, si_unit, name)!r}"
         ) from error
-    if not math.isfinite(value):
-        raise ValueError(f"{name} is {text!r}; expected a finite number")
-    return float(value)
 
 
 def si(value: Quantity, si_unit: str, name: str) -> float:

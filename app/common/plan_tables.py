@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ...doe.plans import StoredPlan, StoredRun
 from ...files.atomic_write import atomic_file
 from ...files.delimited_text import parse_number
 from ...files.spreadsheet_guard import GuardedCsv
-from ...schema.campaigns import STATUSES
 from ...schema.known_factors import BY_COLUMN
+
+if TYPE_CHECKING:
+    from ...doe.plans import StoredPlan, StoredRun
 
 
 def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
@@ -45,6 +46,8 @@ def cells_of(run: StoredRun) -> dict[str, str]:
 def run_counts(plan: StoredPlan) -> dict[str, int]:
     """Runs by state, and of those that are planned the ones that are "begun", and that ask for a
     "repeat"."""
+    from ...schema.campaigns import STATUSES
+
     counts = {status: sum(run.status == status for run in plan.runs) for status in STATUSES}
     begun = sum(run.status == "planned" and bool(run.accepted) for run in plan.runs)
     return {**counts, "begun": begun, "repeat": sum(run.repeats > 0 for run in plan.runs)}

@@ -114,9 +114,8 @@ class TwinFields(Request):
 
     def check_names(self, laboratory: Laboratory) -> None:
         """Raises `LookupError` for a campaign, a material or a contact model that there is not."""
-        from ...dataset.rows import stored_materials
+        from ...dataset.rows import material_named, stored_materials
         from ...schema.listings import get_campaign_id
-        from ..twins.building import material_named
 
         with laboratory.store.reading() as session:
             if self.campaign is not None:
@@ -130,9 +129,10 @@ class TwinFields(Request):
 
 def check_contact_field(contact: str | None, laboratory: Laboratory) -> None:
     """Raises `LookupError`, with its field, for a contact model that there is not."""
+    if contact is None:
+        return
     from ..common.model_registry import models_extra
     from ..twins.building import check_contact
 
-    if contact is not None:
-        with about_field("contact"), models_extra():
-            check_contact(laboratory.db, contact)
+    with about_field("contact"), models_extra():
+        check_contact(laboratory.db, contact)

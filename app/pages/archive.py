@@ -17,7 +17,8 @@ from ..jobs.queue import JobView
 from ..operations.faults import FieldError, read
 from ..operations.ingest.archiving import kept_archive
 from ..operations.ingest.campaigns import RESTORE, CampaignReturn
-from ..operations.ingest.removal import list_tombstones, standing_lines, standing_on
+from ..operations.ingest.removal import list_tombstones, standing_on
+from ..operations.ingest.removed import standing_lines
 from ..operations.laboratory import Laboratory
 from ..operations.machine_paths import MachinePath
 from ..operations.upload_folders import discard, make_scratch

@@ -13,7 +13,8 @@ from ...schema.recordings import Recording
 from ...schema.session import Store
 from ..operations.faults import FieldError, read
 from ..operations.impacts.impact import get_impact, impact_page
-from ..operations.ingest.removal import standing_lines, standing_on
+from ..operations.ingest.removal import standing_on
+from ..operations.ingest.removed import standing_lines
 from ..operations.ingest.runs import RUN_DISCARD, DiscardedRecording, RunDiscard
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Text

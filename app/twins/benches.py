@@ -128,6 +128,12 @@ class Bench:
     def has_gun(self) -> bool:
         return self.kind == GUN
 
+    def impact_points(self, own: Sequence[Point]) -> tuple[str, ...]:
+        """Names of the points of the plate that can be struck, where `own` points are placed."""
+        if self.modes is not None:
+            return self.modes.impact_points
+        return tuple(self.drawing.at(own, ()).impact_points)
+
 
 def shipped_bench() -> Bench:
     """The gun of the thesis's first shots, and a plate of assumed size."""

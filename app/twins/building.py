@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.predictors import SHIPPED
-from ...dataset.rows import by_name, stored_materials
+from ...dataset.rows import by_name, material_named, stored_materials
 from ...schema.impacts import BEFORE_CONTACT, INTEGRATED
-from ...schema.known_factors import BY_COLUMN
+from ...schema.known_factors import checked_chain_height
 from ...training.registry.connection import user_environment
 from ...training.registry.model_storage import storage_for
 from ...twin.chain import Twin, default_lines
@@ -100,12 +100,7 @@ class TwinRequest:
     coupled: bool = False
 
     def __post_init__(self) -> None:
-        height = BY_COLUMN["chain_height_mm"]
-        if not height.allows(self.chain_height_m / height.scale):
-            raise ValueError(
-                f"chain height {1e3 * self.chain_height_m:g} mm: expected "
-                f"{height.expected_number}, for the plate hangs by links of {height.step:g} mm"
-            )
+        checked_chain_height(self.chain_height_m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,15 +141,6 @@ def twin_of(
     with store.reading() as session:
         bench = bench_of_campaign(session, request.campaign)
         return _built(session, bench, stored_materials(session), db, request, shots)
-
-
-def material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
-    if name.lower() not in materials:
-        material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
-        raise LookupError(
-            f"no material {name!r}; there are: {material_names} (pyroshock materials)"
-        )
-    return materials[name.lower()]
 
 
 def _built(

@@ -16,7 +16,6 @@ from ..space import Space
 from .base import Design, SurfaceWords, TwoLevelWords
 from .factorial import factorial, subset
 from .imported import read_table
-from .lhs import balance_levels
 from .optimal import optimal
 from .pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
 from .response_surface import box_behnken, central_composite
@@ -133,11 +132,11 @@ def _of_runs(design: Callable[..., Design]) -> Callable[..., Design]:
 def _hypercube(
     space: Space, n: int, rng: np.random.Generator, criterion: str = "balance"
 ) -> Design:
-    return (
-        balance_levels(space, n, rng)
-        if criterion == "balance"
-        else latin_hypercube(space, n, rng, criterion)
-    )
+    if criterion != "balance":
+        return latin_hypercube(space, n, rng, criterion)
+    from .lhs import balance_levels
+
+    return balance_levels(space, n, rng)
 
 
 def _import(space: Space, request: DesignRequest) -> Design:

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from ...schema.recordings import CALIBRATION, MUZZLE_VELOCITY, VALVE_OPENING
 from ...schema.series import EncodedSeries, encode_series
 from ...signals.channel import Channel, Sensor
 from ...signals.checks.base import Finding
@@ -29,12 +30,6 @@ from .pulses import ExtractedPulse, Hits, find_hits
 from .record_checks import check_recording
 from .row_matching import MatchedImpact, expected_hits, match
 from .settings import ExtractionSettings
-
-#: Keys of a stored header, which no instrument writes: of the tank's pressure, of the laser, and of
-#: any channel whose sensor was calibrated.
-VALVE_OPENING = "pyroshock_valve_opening"
-MUZZLE_VELOCITY = "pyroshock_muzzle_velocity"
-CALIBRATION = "pyroshock_calibration"
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact, Shot
-from ...schema.recordings import RecordedChannel
+from ...schema.recordings import MUZZLE_VELOCITY, RecordedChannel
 from ...signals.checks.base import Finding
-from ..extraction.recording import MUZZLE_VELOCITY
 from ..extraction.shot_plausibility import (
     AT_PLATE,
     GAUGES_PA,

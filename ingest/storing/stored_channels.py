@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ...schema.recordings import RecordedChannel, Recording
+from ...schema.recordings import CALIBRATION, RecordedChannel, Recording
 from ...schema.series import SeriesError, layout_of, read_slice, resolve
 from ...signals.calibration import Calibration
 from ...signals.channel import Channel, Sensor
-from ..extraction.recording import CALIBRATION
 
 
 def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:

@@ -258,6 +258,26 @@ def test_what_a_user_can_mend_is_one_line(quick, words, message):
     assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
 
 
+@pytest.mark.parametrize(("words", "message"), [
+    (("--tip", "cheese"), "no material 'cheese'"),
+    (("--anvil", "cheese"), "no material 'cheese'"),
+    (("--plate", "cheese"), "no material 'cheese'"),
+    (("--insulator", "polymeric"), "--insulator is 'polymeric' without an anvil"),
+    (("--impact-position", "#4"), "no impact position '#4' on this plate; there are: #1, #2, #3"),
+    (("--impact-position", "#2", "--impact-at", "0.2,0.3"), "there are: #1"),
+    (("--chain-height", "100mm"), "chain height 100 mm: expected a multiple of 56"),
+    (("--plan", "none"), "no plan 'none' in the store"),
+    (("--campaign", "spring"), "no campaign 'spring'"),
+])  # fmt: skip
+def test_what_there_is_not_is_refused_before_a_plate_is_solved(quick, monkeypatch, words, message):
+    def solved(*_):
+        raise AssertionError("a plate was solved")
+
+    monkeypatch.setattr(twins, "solved", solved)
+    result = quick(*words)
+    assert result.exit_code == 2 and message in result.stderr.strip().splitlines()[-1]
+
+
 def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = told(

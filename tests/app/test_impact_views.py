@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyroshock.app.operations.impacts.curves import pulse_view
+from pyroshock.app.operations.impacts.impact import list_signals
 from pyroshock.app.operations.impacts.signals import (
     FEWEST_POINTS,
     bucket_length,
     channel_window,
     envelope,
-    list_signals,
 )
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.load import ingest_folder

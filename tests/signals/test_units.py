@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyroshock.app.common.frames import parse_quantity
 from pyroshock.signals.channel import Channel, Sensor
-from pyroshock.signals.units import SI_UNITS, UnitError, to_si
+from pyroshock.signals.units import SI_UNITS, USUAL_FACTORS, UnitError, registry, to_si
 
 
 @pytest.mark.parametrize(
@@ -75,6 +76,29 @@ def test_unit_of_another_quantity_an_unknown_one_and_endless_powers_are_refused(
     for unit in powers:
         with pytest.raises(UnitError, match="unit"):
             to_si(unit, "force")
+
+
+@given(
+    st.floats(-1e6, 1e6),
+    st.sampled_from([(unit, si) for si, units in USUAL_FACTORS.items() for unit in units]),
+    st.sampled_from(sorted(USUAL_FACTORS)),
+)
+@settings(max_examples=300, deadline=None)
+def test_usual_units_convert_as_pint_converts_them(number, usual, other):
+    """To the last bit, and none is taken for a unit of another dimension."""
+    unit, si_unit = usual
+    pint_names = {"g": "gram" if si_unit == "kg" else "standard_gravity"}
+    pint_names |= dict.fromkeys(("m/s2", "m/s²", "m/s^2"), "m/s**2") | {"1": "dimensionless"}
+    pint_names["Newtons"] = "newton"
+
+    def in_pint(name):
+        return registry().Quantity(number, pint_names.get(name, name))
+
+    expected = in_pint(unit).to(pint_names.get(si_unit, si_unit)).magnitude
+    assert parse_quantity(f"{number!r} {unit}", si_unit, "size") == expected
+    assert USUAL_FACTORS[si_unit][si_unit] == 1
+    same = in_pint(unit).is_compatible_with(pint_names.get(other, other))
+    assert (unit in USUAL_FACTORS[other]) == (same or (unit == "g" and other in ("kg", "m/s2")))
 
 
 @given(st.text(max_size=20), st.sampled_from(sorted(SI_UNITS)))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 
@@ -78,6 +80,8 @@ def checked(name: str, value: ArrayLike, *, zero_allowed: bool = False) -> NDArr
         ValueError: For an entry that is out of range or not finite; the message names the first
             one.
     """
+    import numpy as np
+
     values = np.asarray(value, dtype=np.float64)
     good = np.isfinite(values) & ((values >= 0) if zero_allowed else (values > 0))
     if not np.all(good):

@@ -17,6 +17,23 @@ from ...array_types import Floats
 from ..effects import Effect, checked_effects
 
 
+def get_impact_point(names: tuple[str, ...], name: str) -> int:
+    """The place of an impact point among those of a plate.
+
+    Parameters:
+        names: Names of the points that can be struck.
+        name: Name of the impact point, such as "#1".
+
+    Raises:
+        LookupError: For a point there is none of; the message names those there are.
+    """
+    if name not in names:
+        raise LookupError(
+            f"no impact position {name!r} on this plate; there are: {', '.join(names)}"
+        )
+    return names.index(name)
+
+
 @dataclass(frozen=True, eq=False)
 class ModalPlate:
     """m modes in rising order of frequency, rigid ones at 0 Hz. Shapes are mass-normalised,
@@ -60,14 +77,9 @@ class ModalPlate:
             name: Name of the impact point, such as "#1".
 
         Raises:
-            LookupError: For a point there is none of; the message names those there are.
+            LookupError: As `get_impact_point` raises it.
         """
-        if name not in self.impact_points:
-            raise LookupError(
-                f"no impact position {name!r} on this plate; there are: "
-                f"{', '.join(self.impact_points)}"
-            )
-        return self.impact_points.index(name)
+        return get_impact_point(self.impact_points, name)
 
     def sensor(self, name: str) -> int:
         """The row of a sensor.

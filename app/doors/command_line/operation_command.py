@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
@@ -339,6 +340,7 @@ def _perform(
     progress = _progress(operation, requests[0])
     rehearsed = getattr(requests[0], "dry_run", False)
     with _opened(operation, work.db, rehearsed=rehearsed) as store:
+        gc.enable()  # `LazyGroup.main` had disabled it
         for number, command_request in enumerate(requests):
             if number:
                 progress = _progress(operation, command_request)

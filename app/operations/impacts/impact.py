@@ -1,27 +1,19 @@
-"""Everything that the store knows of one impact, as plain data, as a picture, and as accelerations
-that are cut out of a recording of several impacts."""
+"""Everything that the store knows of one impact, as plain data."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from ....array_types import Floats
-from ....ingest.extraction.channel_figures import parts_between
-from ....ingest.extraction.recording import VALVE_OPENING
-from ....ingest.storing.stored_channels import list_channels, read_channel
 from ....schema.column_kinds import NUMBER, kind_of
 from ....schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
 from ....schema.listings import Condition, iter_impacts
 from ....schema.provenance import Provenance
-from ....schema.recordings import QualityFinding, RecordedChannel
+from ....schema.recordings import VALVE_OPENING, QualityFinding, RecordedChannel, Recording
 from ....schema.tables import metadata
-from ....signals.record_rest import without_rest
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -51,7 +43,7 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         "pulses": [_pulse(session, pulse) for pulse in pulses],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),
         "findings": _findings(session, impact),
-        "channels": _channels(session, impact),
+        "channels": _channels(impact),
     }
 
 
@@ -137,8 +129,7 @@ def _findings(session: Session, impact: Impact) -> list[dict[str, Any]]:
     ]
 
 
-def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:
-    query = select(RecordedChannel).where(RecordedChannel.recording_id == impact.recording_id)
+def _channels(impact: Impact) -> list[dict[str, Any]]:
     return [
         {
             "channel": c.name,
@@ -149,7 +140,7 @@ def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:
             "sha256": c.sha256[:12],
             **_valve_opening(c),
         }
-        for c in session.scalars(query.order_by(RecordedChannel.name))
+        for c in (impact.recording.channels if impact.recording else ())
     ]
 
 
@@ -163,78 +154,22 @@ def _valve_opening(channel: RecordedChannel) -> dict[str, float]:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class ImpactRecord:
-    """A channel's record of one impact, (n,), less its rest; `start_s` on the recording's clock."""
-
-    impact: int
-    channel: str
-    values_m_s2: Floats
-    rate_hz: float
-    start_s: float
-
-
-def impact_records(
-    session: Session, key: int, channel: str | None, left_out: list[str]
-) -> Iterator[ImpactRecord]:
-    """The acceleration channels of an impact (or the one named `channel`), between its neighbours
-    in the recording.
-
-    A recording of one impact is taken whole, else from the rest before this contact up to that of
-    the next one, as an ingest divides it. The rest before the shock is its zero, where there is
-    one. What there is not is added to `left_out`. `LookupError` for an unknown impact.
-    """
-    impact = get_impact(session, key)
-    rows = [] if impact.recording_id is None else list_channels(session, impact.recording_id)
-    rows = [row for row in rows if row.quantity == "acceleration" and channel in (None, row.name)]
-    if not rows:
-        left_out.append(
-            f"impact {key}: no acceleration"
-            + (f" {channel!r}" if channel else "")
-            + " was recorded"
-        )
-        return
-    begin_s, end_s = _window(session, impact)
-    for row in rows:
-        first = (
-            max(0, math.ceil((begin_s - row.start_s) * row.sampling_rate_hz))
-            if begin_s > -math.inf
-            else 0
-        )
-        stop = row.samples
-        if end_s < math.inf:
-            stop = min(stop, math.ceil((end_s - row.start_s) * row.sampling_rate_hz))
-        if stop - first < 2:
-            left_out.append(
-                f"impact {key}: {row.name} has no samples between this contact and the next"
-            )
-            continue
-        yield ImpactRecord(key, row.name, *_values(session, row, first, stop))
-
-
-def _values(
-    session: Session, row: RecordedChannel, first: int, stop: int
-) -> tuple[Floats, float, float]:
-    read = read_channel(session, row, first, stop)
-    return (
-        without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0],
-        row.sampling_rate_hz,
-        read.start_s,
-    )
-
-
-def _window(session: Session, impact: Impact) -> tuple[float, float]:
-    """When an impact's own stretch of the recording begins and ends; infinite where it has the
-    recording alone."""
-    query = (
-        select(Pulse.impact_id, Pulse.start_s)
-        .join(Impact, Pulse.impact_id == Impact.id)
-        .where(Impact.recording_id == impact.recording_id, Pulse.current)
-        .order_by(Pulse.start_s)
-    )
-    starts: dict[int, float] = dict(iter(session.execute(query)))
-    if len(starts) < 2 or impact.id not in starts or impact.recording_id is None:
-        return -math.inf, math.inf
-    onsets = sorted(starts.values())
-    rate_hz = min(row.sampling_rate_hz for row in list_channels(session, impact.recording_id))
-    return parts_between(onsets, [onsets.index(starts[impact.id])], rate_hz)[0]
+def list_signals(session: Session, recording_key: int) -> list[dict[str, Any]]:
+    """The channels of a recording by name, with the keys that `channel_window` takes; no sample is
+    read."""
+    return [
+        {
+            "key": row.id,
+            "channel": row.name,
+            "quantity": row.quantity,
+            "unit": row.unit,
+            "si_unit": row.si_unit,
+            "position": row.position,
+            "axis": row.axis,
+            "sampling_rate_hz": row.sampling_rate_hz,
+            "samples": row.samples,
+            "start_s": row.start_s,
+            "stop_s": row.start_s + (row.samples - 1) / row.sampling_rate_hz,
+        }
+        for row in session.get_one(Recording, recording_key).channels
+    ]

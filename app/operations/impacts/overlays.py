@@ -22,7 +22,7 @@ from ....signals.srs.spectrum import Spectrum, shock_response_spectrum
 from ....twin.chain import default_lines
 from ....twin.srs.standards import within_db
 from ....twin.srs.target import SpectrumComparison, Target, compare
-from .impact import ImpactRecord, impact_records
+from .impact_records import ImpactRecord, impact_records
 
 #: Impact, contact time, period and fine force of a pulse; label and number of its level of a
 #: factor.

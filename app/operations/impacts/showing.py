@@ -68,8 +68,7 @@ class ShownImpact(Result):
 
 
 def _show(request: NamedImpact, laboratory: Laboratory, _: Progress) -> ShownImpact:
-    from .impact import get_impact, impact_page
-    from .signals import list_signals
+    from .impact import get_impact, impact_page, list_signals
 
     def draw() -> PlotGrid:
         from .impact_plot import impact_figure

@@ -132,27 +132,6 @@ def channel_window(
     )
 
 
-def list_signals(session: Session, recording_key: int) -> list[dict[str, Any]]:
-    """The channels of a recording by name, with the keys that `channel_window` takes; no sample is
-    read."""
-    return [
-        {
-            "key": row.id,
-            "channel": row.name,
-            "quantity": row.quantity,
-            "unit": row.unit,
-            "si_unit": row.si_unit,
-            "position": row.position,
-            "axis": row.axis,
-            "sampling_rate_hz": row.sampling_rate_hz,
-            "samples": row.samples,
-            "start_s": row.start_s,
-            "stop_s": row.start_s + (row.samples - 1) / row.sampling_rate_hz,
-        }
-        for row in list_channels(session, recording_key)
-    ]
-
-
 def _samples(row: RecordedChannel, start_s: float | None, stop_s: float | None) -> tuple[int, int]:
     """First sample of the window, and the one after its last: 0 <= first <= stop <= samples."""
     end_s = row.start_s + (row.samples - 1) / row.sampling_rate_hz

@@ -73,27 +73,6 @@ def models_on(url: str, datasets: Sequence[dict[str, Any]]) -> list[dict[str, An
     ]
 
 
-def standing_lines(stone: dict[str, Any]) -> list[str]:
-    """What stood on a part, a line each: datasets, models, diagnoses, versions of the twin."""
-    stood = stone["stood_on"]
-    return [
-        *(
-            f"dataset {dataset['name']} ({dataset['pulses']} pulses, hash {dataset['hash'][:12]})"
-            for dataset in stood["datasets"]
-        ),
-        *(f"model {model['model']} (of dataset {model['dataset']})" for model in stood["models"]),
-        *(
-            f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} "
-            f"({diagnosis['simulator']})"
-            for diagnosis in stood["diagnoses"]
-        ),
-        *(
-            f"version {version['version']} of the twin ({version['reason']})"
-            for version in stood["adopted"]
-        ),
-    ]
-
-
 def _short(
     datasets: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
 ) -> dict[str, Any]:

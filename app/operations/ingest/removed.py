@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field
 
 from ..fields import request_field
 from ..operation import Request, Result
-from .removal import standing_lines
 
 
 def _stated(reason: str) -> str:
@@ -56,7 +55,7 @@ class RemovedPart(Result):
         return (
             f"{part}: {start} {rows}",
             f"  content hash {stone['content_hash']}",
-            *(f"  stood on it: {line}" for line in standing_lines(dict(stone))),
+            *(f"  stood on it: {line}" for line in standing_lines(stone)),
             *(
                 f"  to do again: run {planned['run']} of plan {planned['plan']}"
                 for planned in stone["stood_on"]["reopened"]
@@ -83,8 +82,29 @@ def removal_row(stone: Mapping[str, Any]) -> dict[str, Any]:
         **plain,
         "since_then": _since(stone),
         "content_hash": stone["content_hash"][:12],
-        "stood_on": "; ".join(standing_lines(dict(stone))),
+        "stood_on": "; ".join(standing_lines(stone)),
     }
+
+
+def standing_lines(stone: Mapping[str, Any]) -> list[str]:
+    """What stood on a part, a line each: datasets, models, diagnoses, versions of the twin."""
+    stood = stone["stood_on"]
+    return [
+        *(
+            f"dataset {dataset['name']} ({dataset['pulses']} pulses, hash {dataset['hash'][:12]})"
+            for dataset in stood["datasets"]
+        ),
+        *(f"model {model['model']} (of dataset {model['dataset']})" for model in stood["models"]),
+        *(
+            f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} "
+            f"({diagnosis['simulator']})"
+            for diagnosis in stood["diagnoses"]
+        ),
+        *(
+            f"version {version['version']} of the twin ({version['reason']})"
+            for version in stood["adopted"]
+        ),
+    ]
 
 
 def _since(stone: Mapping[str, Any]) -> str:

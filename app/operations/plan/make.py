@@ -7,23 +7,22 @@ import secrets
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, create_model, model_validator
-from sqlalchemy import select
 
 from ....doe.designs.methods import METHODS, DesignMethod, Option
-from ....doe.plans import PlanExistsError
 from ....doe.space import space_from_form
 from ....files.toml_text import read_toml_text
-from ....schema.campaigns import Plan
 from ...common.plan_tables import write_table
 from ..faults import FieldError
 from ..fields import Presentation, Seed, TextFile, pairs, request_field, text_file
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Output, Progress, Request
-from .planning import PlanDraft, draft_plan, range_in_column, store_draft
-from .service import PlannedDesign
+
+if TYPE_CHECKING:
+    from .planning import PlanDraft
+    from .service import PlannedDesign
 
 #: More runs than a laboratory fires in a year, and more than the search can balance in minutes.
 MOST_RUNS = 2000
@@ -106,6 +105,8 @@ class Planning(Request):
 
     def draft(self) -> PlanDraft:
         """The design. Raises as `planning.draft_plan`."""
+        from .planning import draft_plan, range_in_column
+
         options = {
             option.name: getattr(self, option.name) for option in METHODS[self.method].options
         }
@@ -208,6 +209,11 @@ REQUESTS: Mapping[str, type[Planning]] = {
 
 def check(request: Planning, laboratory: Laboratory) -> None:
     """Raises `ValueError` for factors that cannot be used, and for a name in use."""
+    from sqlalchemy import select
+
+    from ....doe.plans import PlanExistsError
+    from ....schema.campaigns import Plan
+
     if request.factors is not None:
         space_from_form(request.factors.text, str(request.factors.path or "factors"))
     with laboratory.store.reading() as session:
@@ -223,6 +229,9 @@ def _run(request: Planning, _: Laboratory, progress: Progress) -> PlanDraft:
 
 
 def _keep(draft: PlanDraft, laboratory: Laboratory) -> PlannedDesign:
+    from .planning import store_draft
+    from .service import PlannedDesign
+
     return PlannedDesign(store_draft(laboratory.store, draft))
 
 

@@ -13,7 +13,6 @@ from sqlalchemy import select
 
 from ....doe.designs.base import Design
 from ....doe.designs.imported import ImportedDesign
-from ....doe.designs.lhs import balance_levels
 from ....doe.designs.methods import DesignRequest, get_method
 from ....doe.designs.repeats import replicated, with_centre_points
 from ....doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
@@ -24,7 +23,6 @@ from ....doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ....doe.space import Kind, Space, shipped_factors, space_from_text
 from ....doe.toml_space import with_ranges
 from ....files.delimited_text import parse_number
-from ....ingest.folder.campaign_file import read_campaign_file
 from ....schema.benches import Material, material_names
 from ....schema.known_factors import BY_COLUMN, BY_NAME
 from ....schema.session import Store
@@ -40,6 +38,8 @@ Rows = Sequence[Mapping[str, str]]
 
 def gun_bench(folder: Path | None) -> GunBench:
     """The gun of a campaign folder's campaign.toml; of the shipped shots where none is named."""
+    from ....ingest.folder.campaign_file import read_campaign_file
+
     file = read_campaign_file(folder or SHIPPED_BENCH)
     if file.gun is None:
         raise ValueError(
@@ -177,6 +177,7 @@ def draft_plan(
             f"centre_points is {centre_points}; expected 0, as {method!r} has "
             f"an own number of them or none"
         )
+    fired_by = gun_bench(gun)
     unordered = design_method.make(
         space_from_text(text), DesignRequest(runs, table, rng, options or {})
     )
@@ -192,7 +193,7 @@ def draft_plan(
     else:
         repeated = with_centre_points(replicated(unordered, replicates), centre_points, rng)
         design = in_order(repeated, rng, plan_seed, order, blocks)
-    return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
+    return PlanDraft(name, text, design, fired_by, repetitions, numbers, description)
 
 
 def store_draft(store: Store, draft: PlanDraft) -> StoredPlan:
@@ -289,6 +290,7 @@ def draft_addition(
 ) -> PlanAddition:
     """Further `runs` of a plan, balanced beside what is recorded and still to do."""
     from ....doe.designs.augment import augment
+    from ....doe.designs.lhs import balance_levels
 
     rng = np.random.default_rng(seed)
     kept = plan.treatments("planned", "done")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from ....doe.plans import StoredPlan, read_plan
-from ....doe.sheet import write_sheet
 from ...common.plan_tables import plan_as_json
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result
 from .status import NamedPlan
+
+if TYPE_CHECKING:
+    from ....doe.plans import StoredPlan
 
 _BY_ADDRESS = "The addresses /plans/NAME/sheet.csv, .html and .xlsx give the file."
 
@@ -33,8 +35,16 @@ class RunSheet(Result):
 
 
 def _read(request: NamedPlan, laboratory: Laboratory, _: Progress) -> RunSheet:
+    from ....doe.plans import read_plan
+
     with laboratory.store.reading() as session:
         return RunSheet(read_plan(session, request.name))
+
+
+def _write(sheet: RunSheet, path: Path) -> None:
+    from ....doe.sheet import write_sheet
+
+    write_sheet(sheet.stored, path)
 
 
 PLAN_SHEET: Operation[NamedPlan, RunSheet] = Operation(
@@ -48,7 +58,7 @@ PLAN_SHEET: Operation[NamedPlan, RunSheet] = Operation(
         Output(
             "out",
             "Write to this file; its ending chooses the format.",
-            lambda sheet, path: write_sheet(sheet.stored, path),
+            _write,
             (".html", ".csv", ".xlsx"),
             in_place_of_tables=True,
             required=True,

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from ....doe.plan_deletion import check_plan_unused, delete_plan
-from ....doe.plans import StoredPlan, list_plans, read_plan
 from ...common.plan_tables import plan_as_json, run_counts, settings_in_si
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Outcome, Progress, Request, Result, ResultTable, Rows
 from ..sentence import Number, Sentence, sentence
+
+if TYPE_CHECKING:
+    from ....doe.plans import StoredPlan
 
 #: The name of a stored plan, as the first word behind the command.
 PlanName = Annotated[str, Field(min_length=1, max_length=1000)]
@@ -22,6 +23,8 @@ NAMED = Presentation(positional=True, completion="plan_names")
 
 
 def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
+    from ....doe.plans import list_plans
+
     with laboratory.store.reading() as session:
         rows = list_plans(session)
     return Rows(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
@@ -86,6 +89,8 @@ class PlanStatus(Result):
 
 
 def _status(request: NamedPlan, laboratory: Laboratory, _: Progress) -> PlanStatus:
+    from ....doe.plans import read_plan
+
     with laboratory.store.reading() as session:
         return PlanStatus(read_plan(session, request.name))
 
@@ -103,12 +108,16 @@ PLAN_STATUS: Operation[NamedPlan, PlanStatus] = Operation(
 
 
 def _unused(request: NamedPlan, laboratory: Laboratory) -> str:
+    from ....doe.plan_deletion import check_plan_unused
+
     with laboratory.store.reading() as session:
         check_plan_unused(session, request.name)
     return f"plan {request.name}"
 
 
 def _delete(request: NamedPlan, laboratory: Laboratory, _: Progress) -> Outcome:
+    from ....doe.plan_deletion import delete_plan
+
     runs = delete_plan(laboratory.store, request.name)
     line = f"plan {request.name} is deleted with its {runs} runs"
     return Outcome((line,), {"name": request.name, "runs": runs}, "/plans")

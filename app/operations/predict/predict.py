@@ -6,13 +6,48 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..faults import about_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result
-from .request import PredictionRequest, PredictionsRequest
+from .request import NONE, PredictionRequest, PredictionsRequest
 
 if TYPE_CHECKING:
     from .batch import PredictedShots
     from .service import ShotPrediction
+
+
+def check(request: PredictionsRequest, laboratory: Laboratory) -> None:
+    """Raises `LookupError` for names that store and bench do not have, and as
+    `ShotRequest.check_gun`: to solve a plate before it is told takes up to half a minute."""
+    request.check_names(laboratory)
+    if request.plan is not None:
+        from ....doe.plans import read_plan
+
+        with laboratory.store.reading() as session, about_field("plan"):
+            read_plan(session, request.plan)
+    elif request.shots is None:
+        _check_shot(request, laboratory)
+
+
+def _check_shot(request: PredictionsRequest, laboratory: Laboratory) -> None:
+    from ....dataset.rows import material_named, stored_materials
+
+    with laboratory.store.reading() as session:
+        materials = stored_materials(session)
+        for field in ("tip_material", "anvil_material"):
+            name = getattr(request, field)
+            if name.lower() != NONE or field == "tip_material":
+                with about_field(field):
+                    material_named(materials, name)
+        if request.bench is not None or request.modes is not None:
+            return  # their gun and points are read with the twin
+        from ....twin.plate.modal import get_impact_point
+        from ...twins.benches import bench_of_campaign
+
+        bench = bench_of_campaign(session, request.campaign)
+        request.check_gun(bench)
+        with about_field("impact_position"):
+            get_impact_point(bench.impact_points(request.impact_at), request.impact_position)
 
 
 def _run(
@@ -64,6 +99,7 @@ PREDICT: Operation[PredictionsRequest, Any] = Operation(
     name="predict",
     request=PredictionsRequest,
     run=_run,
+    check=check,
     help="""Predict velocity, force, acceleration and shock response spectrum of one shot, with 90 %
 bands.
 

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
-from ....schema.known_factors import BY_NAME
+from ....schema.known_factors import BY_NAME, checked_chain_height
 from ..fields import (
     Presentation,
     Seed,
@@ -27,6 +27,7 @@ from .factors import Value, factor_value
 if TYPE_CHECKING:
     from ....twin.effects import Effect
     from ....twin.setting import Setting
+    from ...twins.benches import Bench
     from ...twins.building import BuiltTwin, TwinRequest
     from ..diagnose.service import GapDiagnosis
 
@@ -86,7 +87,9 @@ _Pressure: Any = Annotated[quantity("Pa", named=True), Field(ge=1, le=1e8)]
 _Velocity: Any = Annotated[quantity("m/s", named=True), Field(ge=1e-3, le=1e4)]
 _Mass: Any = Annotated[quantity("kg", named=True), Field(ge=1e-4, le=1e3)]
 _Radius: Any = Annotated[quantity("m", named=True), Field(ge=1e-5, le=10)]
-_Height: Any = Annotated[quantity("m", named=True), Field(ge=-10, le=10)]
+_Height: Any = Annotated[
+    quantity("m", named=True), Field(ge=-10, le=10), AfterValidator(checked_chain_height)
+]
 _ValveProfile = Annotated[str, BeforeValidator(_valve_profile), Field(max_length=2000)]
 
 
@@ -163,6 +166,23 @@ class ShotRequest(Request):
             raise ValueError("impact_velocity_m_s and tank_pressure_pa: expected one of them")
         return velocity
 
+    @field_validator("insulator")
+    @classmethod
+    def _lies_on_an_anvil(cls, insulator: str, info: ValidationInfo) -> str:
+        if insulator != NONE and str(info.data.get("anvil_material")).lower() == NONE:
+            raise ValueError(
+                f"insulator is {insulator!r} without an anvil; expected an anvil, on which it lies"
+            )
+        return insulator
+
+    def check_gun(self, bench: Bench) -> None:
+        """Raises `ValueError` for a bench without a gun where no velocity is given."""
+        if not bench.has_gun and self.impact_velocity_m_s is None:
+            raise ValueError(
+                f"campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun: give the "
+                "impact velocity, such as --velocity 1.5m/s"
+            )
+
     def setting(self, built: BuiltTwin) -> Setting:
         """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as
         `Setting`, for a bench without a gun where no velocity is given, and for a factor that no
@@ -172,12 +192,8 @@ class ShotRequest(Request):
         from .factors import check_used
 
         check_used(built, self.factor, self.boundary_conditions)
+        self.check_gun(built.bench)
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
-        if not built.bench.has_gun and self.impact_velocity_m_s is None:
-            bench = f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r}"
-            raise ValueError(
-                f"{bench} and has no gun: give the impact velocity, such as --velocity 1.5m/s"
-            )
         factors: dict[str, Any] = dict(self.factor)
         plate = {name: factors.pop(name) for name in (STATED_PLATE_MASS,) if name in factors}
         mass = self.bullet_mass_kg

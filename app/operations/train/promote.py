@@ -76,12 +76,10 @@ class Promoting(NamedVersion):
 
 def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDecision:
     from ...common.model_registry import models_extra, needed, pulses_on, reader_of
-    from .service import PromotionDecision
 
     store = laboratory.store
     with models_extra():
         from ....training.registry.listing import chosen
-        from ....training.registry.promotion import promote
 
         registry = needed(laboratory.db)
         candidate = chosen(registry.versions(), request.label)
@@ -91,6 +89,10 @@ def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDe
                 if request.on is None
                 else (request.on, pulses_on(store, request.on, candidate))
             )
+        # nothing heavy is imported before it is known what to judge
+        from ....training.registry.promotion import promote
+        from .service import PromotionDecision
+
         decision = promote(
             registry,
             request.model,

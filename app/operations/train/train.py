@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import ValidationInfo, field_validator
 
-from ....schema.session import Store
 from ..faults import about
 from ..fields import Names, Presentation, Seed, request_field, source_of
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Progress, Request
-from .service import TrainingRuns
 
 if TYPE_CHECKING:
+    from ....schema.session import Store
     from ....training.registry.registry import Registry
+    from .service import TrainingRuns
 
 
 class Training(Request):
@@ -97,6 +97,7 @@ def _run(request: Training, laboratory: Laboratory, progress: Progress) -> Train
         from ....training.fitting import session as training_session
         from ....training.models.catalogue import USUAL_MODELS
         from .registered_figures import RegisteredFigures
+        from .service import TrainingRuns
 
         db, store = laboratory.db, laboratory.store
         registry = registry_of(db) if request.retrain else fenced_registry(db, store)
