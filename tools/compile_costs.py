@@ -37,7 +37,7 @@ def compile_times() -> tuple[dict[str, list[float]], list[str]]:
     seconds: dict[str, list[float]] = defaultdict(list)
     begun: list[float] = []
 
-    class Listener(event.Listener):  # type: ignore[misc]
+    class Listener(event.Listener):
         def on_start(self, _event: Any) -> None:
             begun.append(time.process_time())
 
@@ -48,7 +48,7 @@ def compile_times() -> tuple[dict[str, list[float]], list[str]]:
                 name = f"{function.__module__}.{function.__qualname__}"
                 seconds[name.removeprefix("pyroshock.")].append(elapsed)
 
-    event.register("numba:compile", Listener())
+    event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
     from pyroshock.app.doors.command_line.main import main
 
     failures = []
