@@ -16,8 +16,6 @@ from ...twin.setting import ElasticMaterial, Setting
 from .analytic import bodies
 from .base import ContactPrediction
 
-#: What answers without a model, in words.
-UPDATED_LAW = "the contact law updated by the measured shots"
 #: A mass that a contact does not ask for: the whole plate's.
 _PLATE_MASS_KG = 10.0
 _NO_LAYER = "none"
