@@ -25,17 +25,15 @@ from dataclasses import dataclass
 import numpy as np
 from pyroshock.dataset.table import PulseTable
 from pyroshock.schema.impacts import BEFORE_CONTACT
-from pyroshock.training.evaluation.gate import NARROWEST, WIDEST, judge
+from pyroshock.training.evaluation.gate import NARROWEST, UPDATED_LAW, WIDEST, judge
 from pyroshock.training.evaluation.unseen_configurations import (
-    QUANTITIES,
-    UnseenScores,
     unseen_draws,
     unseen_scores,
     updated_law_draws,
 )
+from pyroshock.training.evaluation.unseen_scores import QUANTITIES, UnseenScores
 from pyroshock.training.models.base import ContactModel
 from pyroshock.training.models.catalogue import BuildOptions, entry_of
-from pyroshock.training.models.prior_pulses import UPDATED_LAW
 
 from .harness import table, table_row
 from .law_campaigns import LawBench, drawn_pulses

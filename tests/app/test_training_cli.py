@@ -350,10 +350,11 @@ def _refuses(*_: object) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [("train", "spring", "--models", "hann"), ("models",), ("promote", "hann", "1")]
+    "words", [("train", "spring", "--models", "linear"), ("promote", "hann", "1")]
 )
 def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
-    """As on a laptop with `pip install pyroshock` alone."""
+    """As on a laptop with `pip install pyroshock` alone, which lists the models of others."""
+    done(lab("train", "spring", "--models", "hann", "--split", "repetitions"))
     really = builtins.__import__
 
     def without_mlflow(name, *rest, **extra):
@@ -367,6 +368,7 @@ def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
     assert result.stderr.strip().endswith(
         "mlflow is not installed; models need it: pip install 'pyroshock[models]'"
     )
+    assert "hann" in done(lab("models")).stdout
 
 
 def test_fresh_lab_has_no_models_and_train_json_has_the_rows_of_the_contract(lab):

@@ -14,7 +14,7 @@ from pyroshock.training.evaluation.gate import (
     too_few,
 )
 from pyroshock.training.evaluation.summary import Clusters, corrected_p, least_p_value, sign_flip_p
-from pyroshock.training.evaluation.unseen_configurations import UnseenScores
+from pyroshock.training.evaluation.unseen_scores import UnseenScores
 from pyroshock.training.models.calibrated import grouped_quantile
 from scipy import stats
 

@@ -304,14 +304,25 @@ def test_threads_take_turns_with_the_address_of_a_registry(registry, tmp_path):
     """It is the process's: one that ended would leave the other at MLflow's default place."""
     import mlflow
 
-    other, found = fresh_registry(tmp_path, "other"), []
-    thread = threading.Thread(target=lambda: found.append(other.versions()))
+    other, addresses = fresh_registry(tmp_path, "other"), []
+
+    def ask() -> None:
+        with other.connection.client():
+            addresses.append(mlflow.get_tracking_uri())
+
+    thread = threading.Thread(target=ask)
     with registry.connection.client():
         thread.start()
         thread.join(0.3)
-        assert found == [] and mlflow.get_tracking_uri() == registry.place.tracking_uri
+        assert addresses == [] and mlflow.get_tracking_uri() == registry.place.tracking_uri
     thread.join(60)
-    assert found == [[]]
+    assert addresses == [other.place.tracking_uri]
+
+
+def test_reading_waits_for_no_thread_that_writes(registry, tmp_path):
+    other = fresh_registry(tmp_path, "other")
+    with registry.connection.client(), ThreadPoolExecutor(1) as pool:
+        assert pool.submit(other.versions).result(30) == []
 
 
 def test_moved_folder_is_found_and_changed_or_vanished_files_are_told(registry, tmp_path):

@@ -21,10 +21,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from ..models.prior_pulses import UPDATED_LAW
 from .comparison import LEVEL
 from .summary import clustered, least_p_value, share_interval
-from .unseen_configurations import QUANTITIES, UnseenScores
+from .unseen_scores import QUANTITIES, UnseenScores
+
+#: What answers without a model, in words.
+UPDATED_LAW = "the contact law updated by the measured shots"
 
 #: What a decision says: the first that applies, in the order of `judge`.
 Verdict = Literal[

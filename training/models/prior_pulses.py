@@ -16,8 +16,6 @@ from ...twin.setting import ElasticMaterial, Setting
 from .analytic import bodies
 from .base import ContactPrediction
 
-#: What answers without a model, in words.
-UPDATED_LAW = "the contact law updated by the measured shots"
 #: A mass that a contact does not ask for: the whole plate's.
 _PLATE_MASS_KG = 10.0
 _NO_LAYER = "none"
@@ -80,13 +78,17 @@ def prior_pulses(
     Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for
     values that are unphysical or not known.
     """
-    strikes = ImpactBatch(
-        settings_of(pulses, plates), velocity_before(pulses, velocity_kind, plates)[0]
-    )
-    n = len(pulses)
+    settings, n = settings_of(pulses, plates), len(pulses)
+    velocity, _ = velocity_before(pulses, velocity_kind, plates)
     # The draws of one row are stratified, and those of the rows apart from each other.
     z = np.stack([stratified_normals(draws, contact.normals, rng) for _ in range(n)], axis=1)
-    return [contact.pulses(strikes, z[draw]) for draw in range(draws)]
+    strikes = ImpactBatch(settings * draws, np.tile(velocity, draws))
+    drawn = contact.pulses(strikes, z.reshape(draws * n, contact.normals))
+    times, forces, turns = (
+        np.split(values, draws)
+        for values in (drawn.contact_time_s, drawn.force_n, drawn.compression_time_s)
+    )
+    return [ForcePulses(*parts) for parts in zip(times, forces, turns, strict=True)]
 
 
 def velocity_before(

@@ -13,10 +13,14 @@ from contextlib import closing, contextmanager, suppress
 from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
+from sqlalchemy.exc import DatabaseError
+
 from ...schema.addresses import without_secrets
 from ...schema.transactions import is_transient, retry
 from .locks import exclusive_lock
+from .mlflow_tables import known_tables
 from .model_storage import VARIABLE, ModelStorage
+from .reader import ClientReader, RegistryReader
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -68,18 +72,32 @@ class Connection:
         return database is not None and not database.is_file()
 
     @contextmanager
+    def reading(self) -> Iterator[RegistryReader]:
+        """A reader of this place's store: of its tables where they are known, else of MLflow."""
+        with self._errors_as_ours(), known_tables(self.place, EXPERIMENT) as tables:
+            if tables is not None:
+                yield tables
+                return
+        with self.client() as client:
+            yield self.reader_of(client)
+
+    def reader_of(self, client: MlflowClient) -> RegistryReader:
+        """A reader for one who writes with this client."""
+        assert self.experiment is not None
+        return ClientReader(client, self.experiment)
+
+    @contextmanager
     def client(self) -> Iterator[MlflowClient]:
         """A client of this place's store; MLflow's own settings are as before afterwards, its
         errors one of ours."""
         os.environ.update(_QUIET)
-        with _TURN, warnings.catch_warnings():
+        with _TURN, self._errors_as_ours(), warnings.catch_warnings():
             warnings.simplefilter(
                 "ignore"
             )  # of MLflow's own dependencies, and of what it would have us log
             before = os.environ.get(VARIABLE)
             import mlflow
             from mlflow.exceptions import MlflowException
-            from sqlalchemy.exc import DatabaseError
 
             for name in ("mlflow", "alembic"):
                 logging.getLogger(name).setLevel(logging.ERROR)
@@ -99,18 +117,24 @@ class Connection:
                 raise RegistryError(
                     f"model registry {self.place.shown}: {_first_line(error)}"
                 ) from error
-            except (DatabaseError, sqlite3.DatabaseError) as error:
-                if is_transient(error):
-                    raise
-                raise RegistryError(
-                    f"model registry {self.place.shown} cannot be read: {_first_line(error)}; "
-                    "restore it from a backup (pyroshock db restore), or move it away and register "
-                    "its files again (pyroshock models recover)"
-                ) from error
             finally:
                 mlflow.set_registry_uri(None)
                 mlflow.set_tracking_uri(None)
                 _restore_variable(before)
+
+    @contextmanager
+    def _errors_as_ours(self) -> Iterator[None]:
+        """An error of the database as one of ours, unless it passes by itself."""
+        try:
+            yield
+        except (DatabaseError, sqlite3.DatabaseError) as error:
+            if is_transient(error):
+                raise
+            raise RegistryError(
+                f"model registry {self.place.shown} cannot be read: {_first_line(error)}; "
+                "restore it from a backup (pyroshock db restore), or move it away and register "
+                "its files again (pyroshock models recover)"
+            ) from error
 
     def _refuse_damaged(self) -> None:
         """Raise `sqlite3.DatabaseError` for a file that is cut or no database: MLflow tries to open

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...dataset.table import PulseTable
+from ..evaluation.comparison import Comparison, compare, comparison_groups
 from ..evaluation.metrics import PulseErrors, pulse_errors
 from ..models.base import ContactPrediction
+from ..models.training_task import rng_of
 from .records import HeldOutPredictions, Version
 from .registry import Registry
 
@@ -83,6 +85,25 @@ def evaluate_on_table(
     outside = {label: sum(map(bool, answer.outside)) for label, answer in answers.items()}
     errors = {label: pulse_errors(pulses, prediction) for label, prediction in predictions.items()}
     return Evaluation(pulses, errors, predictions, outside)
+
+
+def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
+    """Two of the judged models beside each other. The draws depend on which models are compared, so
+    that the same comparison gives the same numbers again.
+
+    Parameters:
+        judged: The errors of the models on common pulses.
+        a: The label of the first model, such as "hybrid@3".
+        b: The label of the second model.
+        groups: Whether they are also compared by the groups of `comparison_groups`; by default only
+            over all pulses.
+    """
+    pulses = judged.pulses
+    named = comparison_groups(pulses) if groups else {}
+    rng = rng_of("compare", pulses.key[0], "-".join(sorted((a, b))), len(pulses))
+    return compare(
+        judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b)
+    )
 
 
 def _pulses_of(

@@ -11,20 +11,25 @@ from datetime import UTC, datetime
 import numpy as np
 
 from ...dataset.table import PulseTable
-from ..evaluation.comparison import Comparison, compare
-from ..evaluation.gate import GateVerdict, Verdict, coverage_figures, judge, too_few
+from ..evaluation.gate import (
+    UPDATED_LAW,
+    GateVerdict,
+    Verdict,
+    coverage_figures,
+    judge,
+    too_few,
+)
 from ..evaluation.metrics import METRICS
 from ..evaluation.unseen_configurations import (
     PulseDraws,
-    UnseenScores,
     prior_draws,
     unseen_draws,
     unseen_scores,
     updated_law_draws,
 )
-from ..models.prior_pulses import UPDATED_LAW
+from ..evaluation.unseen_scores import UnseenScores
 from ..models.training_task import rng_of
-from .evaluate import Evaluation, evaluate_held_out, evaluate_on_table
+from .evaluate import compared, evaluate_held_out, evaluate_on_table
 from .listing import chosen
 from .records import Decision, Version
 from .registry import Registry
@@ -248,27 +253,6 @@ def _pulse_errors(
         "cost.champion": cost.mean_b,
         "cost.p_value": cost.p_value,
     }
-
-
-def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Comparison:
-    """Two of the judged models beside each other. The draws depend on which models are compared, so
-    that the same comparison gives the same numbers again.
-
-    Parameters:
-        judged: The errors of the models on common pulses.
-        a: The label of the first model, such as "hybrid@3".
-        b: The label of the second model.
-        groups: Whether they are also compared by the groups of `comparison_groups`; by default only
-            over all pulses.
-    """
-    from ..evaluation.comparison import comparison_groups
-
-    pulses = judged.pulses
-    named = comparison_groups(pulses) if groups else {}
-    rng = rng_of("compare", pulses.key[0], "-".join(sorted((a, b))), len(pulses))
-    return compare(
-        judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b)
-    )
 
 
 def _decision(

@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
+from dataclasses import replace
 from datetime import UTC, datetime
 from io import StringIO
 from pathlib import Path
@@ -28,6 +29,7 @@ from .listing import in_order
 from .locks import exclusive_lock
 from .logged import HELD_OUT, SEARCHES, code_version, log_figures, log_files, log_model
 from .model_storage import ModelStorage
+from .reader import RegistryReader, RunRecord, VersionRecord, version_record
 from .records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
 from .tags import (
     FIT,
@@ -46,7 +48,6 @@ from .tags import (
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
-    from mlflow.entities.model_registry import ModelVersion
 
 _SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
 
@@ -64,20 +65,13 @@ class Registry:
         """All registered versions, each with a record for every split, the newest first."""
         if self.connection.nothing_there:
             return []
-        with self.connection.client() as client:
-            aliases = {
-                model.name: model.aliases
-                for model in client.search_registered_models(max_results=1000)
-            }
-            model_versions = client.search_model_versions(max_results=10_000)
-        rows = [(v, int(v.version), v.tags) for v in model_versions if TASK_TAG in v.tags]
-        champion_of = champions_of({(v.name, number): tags for v, number, tags in rows}, aliases)
-        records = []
-        for v, number, tags in rows:
-            of_set = champion_of.get((v.name, number))
-            version = version_from(v.name, number, v.run_id, v.creation_timestamp, tags, of_set)
-            records += [version, *further_splits(version, tags)]
-        return in_order(records)
+        with self.connection.reading() as reader:
+            aliases = reader.aliases()
+            stored = _trained_versions(reader)
+        champion_of = champions_of({(v.name, v.version): v.tags for v in stored}, aliases)
+        return in_order(
+            record for v in stored for record in _records(v, champion_of.get((v.name, v.version)))
+        )
 
     @patient
     def recorded(self) -> list[dict[str, Any]]:
@@ -85,20 +79,18 @@ class Registry:
         `registered_at`, `tags`."""
         if self.connection.nothing_there:
             return []
-        with self.connection.client() as client:
-            rows = [
-                v for v in client.search_model_versions(max_results=10_000) if TASK_TAG in v.tags
-            ]
+        with self.connection.reading() as reader:
+            stored = _trained_versions(reader)
         return [
             {
                 "name": v.name,
-                "version": int(v.version),
+                "version": v.version,
                 "run_id": v.run_id,
-                "model_id": v.model_id or str(v.source).removeprefix("models:/"),
-                "registered_at": datetime.fromtimestamp(v.creation_timestamp / 1000, UTC),
-                "tags": dict(v.tags),
+                "model_id": v.model_id,
+                "registered_at": datetime.fromtimestamp(v.created_ms / 1000, UTC),
+                "tags": v.tags,
             }
-            for v in rows
+            for v in stored
         ]
 
     def champion(self, predictor_set: str) -> Version | None:
@@ -136,8 +128,8 @@ class Registry:
         Parameters:
             version: An entry of `versions()`, which is the record of one split.
         """
-        with self._files_of(version) as (client, room):
-            uri = client.get_run(version.run_id).info.artifact_uri
+        uri = self._run_of(version).artifact_uri
+        with self._files_of(version) as room:
             file = self._fetched(f"{uri}/{HELD_OUT}", room, version)
             check_file(file, RUN + HELD_OUT, version.files)
             return read_held_out(file)
@@ -150,8 +142,7 @@ class Registry:
         Parameters:
             version: An entry of `versions()`, which is the record of one split.
         """
-        with self.connection.client() as client:
-            return fit_settings(client.get_run(version.run_id).data.params)
+        return fit_settings(self._run_of(version).parameters)
 
     @patient
     def fit_histories(self, version: Version) -> dict[str, list[tuple[int, float]]]:
@@ -160,18 +151,13 @@ class Registry:
         Parameters:
             version: An entry of `versions()`, which is the record of one split.
         """
-        with self.connection.client() as client:
-            data = client.get_run(version.run_id).data
-            names = [
-                name for name in data.metrics if name.startswith(FIT) and name not in data.params
-            ]
-            points = {
-                name: client.get_metric_history(version.run_id, name) for name in sorted(names)
-            }
-        return {
-            name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name])
-            for name in points
-        }
+        run = self._run_of(version)
+        names = [
+            name for name in run.metrics if name.startswith(FIT) and name not in run.parameters
+        ]
+        with self.connection.reading() as reader:
+            histories = reader.histories(version.run_id, names)
+        return {name.removeprefix(FIT): points for name, points in histories.items()}
 
     @patient
     def searches(self, version: Version) -> dict[str, SettingsSearch]:
@@ -184,13 +170,14 @@ class Registry:
         Parameters:
             version: An entry of `versions()`, which is the record of one split.
         """
-        with self._files_of(version) as (client, room):
-            uri = client.get_run(version.run_id).info.artifact_uri
-            stored_here = uri.startswith("file:")
-            if not stored_here and all(
-                file.path != SEARCHES for file in client.list_artifacts(version.run_id)
-            ):
+        uri = self._run_of(version).artifact_uri
+        stored_here = uri.startswith("file:")
+        if not stored_here:
+            with self.connection.client() as client:
+                files = client.list_artifacts(version.run_id)
+            if all(file.path != SEARCHES for file in files):
                 return {}
+        with self._files_of(version) as room:
             try:
                 content = self._fetched(f"{uri}/{SEARCHES}", room, version).read_bytes()
             except RegistryError:
@@ -223,8 +210,8 @@ class Registry:
         """Raises `RegistryError` where the server no longer has a file of the version."""
         import mlflow
 
+        uri = self._address_of_model(version)
         with self.connection.client() as client:
-            uri = _address_of_model(client, version)
             files = [
                 *mlflow.artifacts.list_artifacts(f"{uri}/data/model"),
                 *client.list_artifacts(version.run_id),
@@ -254,7 +241,7 @@ class Registry:
 
         def attempt() -> Version:
             with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
-                return _registered(client, begun) or self._record(
+                return _registered(self.connection.reader_of(client), begun) or self._record(
                     client, Path(room), trained, session, begun
                 )
 
@@ -289,19 +276,21 @@ class Registry:
             files = self._hash_logged(client, run.info.run_id, model_id, room / "logged")
             # MLflow counts a name's versions, and gives up after three races.
             with exclusive_lock(self.place, "registering"):
-                order = _next_order(client)
-                earlier = _version_without_split(client, trained)
-                if earlier is None:
+                reader = self.connection.reader_of(client)
+                order = _next_order(reader)
+                version = _version_without_split(reader, trained)
+                if version is None:
                     own = version_tags(trained, sha256, files, order)
                     with redirect_stderr(StringIO()):  # MLflow announces every version there
-                        earlier = mlflow.register_model(model_uri, task.model, tags=own)
+                        made = mlflow.register_model(model_uri, task.model, tags=own)
+                    version = replace(version_record(made), tags=own)
                 else:
                     key, value = split_tag(
                         trained, sha256, files, order, run.info.run_id, model_id, time.time()
                     )
-                    client.set_model_version_tag(task.model, earlier.version, key, value)
-                    own = {**earlier.tags, key: value}
-        return _record_of_task(earlier, own, task.key)
+                    client.set_model_version_tag(task.model, str(version.version), key, value)
+                    version = replace(version, tags={**version.tags, key: value})
+        return next(record for record in _records(version) if record.task_key == task.key)
 
     @patient
     def close_runs(self, versions: Iterable[Version]) -> None:
@@ -334,11 +323,9 @@ class Registry:
         """
         with self.connection.client() as client:
             key = f"{dataset.hash} {seed}"
-            runs = client.search_runs(
-                [self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1
-            )
-            if runs:
-                return str(runs[0].info.run_id)
+            sessions = self.connection.reader_of(client).runs_with(_SESSION_TAG, key)
+            if sessions:
+                return sessions[0].run_id
             run = client.create_run(
                 self.connection.experiment,
                 run_name=f"train {dataset.name}",
@@ -378,12 +365,9 @@ class Registry:
         """
         if self.connection.nothing_there:
             return {}
-        with self.connection.client() as client:
-            key = f"{dataset_hash} {seed}"
-            runs = client.search_runs(
-                [self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1
-            )
-            tags = runs[0].data.tags if runs else {}
+        with self.connection.reading() as reader:
+            sessions = reader.runs_with(_SESSION_TAG, f"{dataset_hash} {seed}")
+        tags = sessions[0].tags if sessions else {}
         return dict(json.loads(text) for key, text in tags.items() if key.startswith(_FLOOR_TAG))
 
     @contextmanager
@@ -399,7 +383,8 @@ class Registry:
             version: An entry of `versions()`.
         """
         with self.connection.client() as client:
-            crown(client, version, next_stamp(client))
+            reader = self.connection.reader_of(client)
+            crown(client, reader, version, next_stamp(reader))
 
     def delete(self, version: Version) -> None:
         """Take a version out of the registry with its files; its number is not given again. Within
@@ -420,7 +405,7 @@ class Registry:
         """Complete what a killed promotion has begun, or take it back. Within `promoting`."""
         versions = self.versions()
         with self.connection.client() as client:
-            settle(client, self._experiment, versions)
+            settle(client, self.connection.reader_of(client), versions)
 
     def decide(self, decision: Decision, candidate: Version) -> None:
         """Keep a promotion or its refusal, and make the candidate champion where it is one: both,
@@ -433,7 +418,8 @@ class Registry:
             candidate: The version that it is about.
         """
         with self.connection.client() as client:
-            decide(client, self._experiment, decision, candidate)
+            reader = self.connection.reader_of(client)
+            decide(client, reader, self._experiment, decision, candidate)
 
     @patient
     def decisions(self) -> list[Decision]:
@@ -441,8 +427,8 @@ class Registry:
         if self.connection.nothing_there:
             return []
         versions = self.versions()
-        with self.connection.client() as client:
-            return decisions(client, self._experiment, versions)
+        with self.connection.reading() as reader:
+            return decisions(reader, versions)
 
     @property
     def _experiment(self) -> str:
@@ -454,7 +440,9 @@ class Registry:
         """Take back what a killed training of the same task has left."""
         running = f"tags.`{TASK_TAG}` = '{task_key}' AND attributes.status != 'FINISHED'"
         registered = {
-            record.run_id for record in _all_records(client) if record.task_key == task_key
+            record.run_id
+            for record in _all_records(self.connection.reader_of(client))
+            if record.task_key == task_key
         }
         for run in client.search_runs([self.connection.experiment], running):
             if run.info.run_id in registered:
@@ -468,27 +456,26 @@ class Registry:
     @contextmanager
     def _model_of(self, version: Version) -> Iterator[Path]:
         """The folder with a version's model."""
-        with self._files_of(version) as (client, room):
-            uri = _address_of_model(client, version)
+        uri = self._address_of_model(version)
+        with self._files_of(version) as room:
             folder = self._fetched(uri, room, version)
             check_files(folder, MODEL, version.files)
             yield folder / "data" / "model"
 
     @contextmanager
-    def _files_of(self, version: Version) -> Iterator[tuple[MlflowClient, Path]]:
-        """A client, and room for what it fetches. What is wrong with a version's files says whose
-        they are."""
+    def _files_of(self, version: Version) -> Iterator[Path]:
+        """Room for what is fetched. What is wrong with a version's files says whose they are."""
         try:
-            with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
-                yield client, Path(room)
+            with tempfile.TemporaryDirectory() as room:
+                yield Path(room)
         except (ModelFileError, HeldOutError, AlteredFilesError) as error:
             raise type(error)(f"{version.label}: {error}; {_again(version)}") from error
 
     def _check_run(self, version: Version) -> None:
         """Hold every file of a version's run against those registered. Raises
         `AlteredFilesError`."""
-        with self._files_of(version) as (client, room):
-            uri = client.get_run(version.run_id).info.artifact_uri
+        uri = self._run_of(version).artifact_uri
+        with self._files_of(version) as room:
             check_files(self._fetched(uri, room, version), RUN, version.files)
 
     @staticmethod
@@ -514,13 +501,42 @@ class Registry:
             hashes |= hash_files(folder, begin)
         return hashes
 
+    def _run_of(self, version: Version) -> RunRecord:
+        """The run that trained a version."""
+        with self.connection.reading() as reader:
+            run = reader.find_run(version.run_id)
+        if run is None:
+            raise self._lost(version, f"no run {version.run_id}")
+        return run
+
+    def _address_of_model(self, version: Version) -> str:
+        """Where the files of a version's model are: those of the registered one, or of a further
+        split's."""
+        with self.connection.reading() as reader:
+            address = (
+                reader.find_version_location(version.name, version.version)
+                if version.is_served
+                else reader.find_model_location(version.model_id)
+            )
+        if address is None:
+            raise self._lost(version, "no model")
+        return address
+
+    def _lost(self, version: Version, what: str) -> RegistryError:
+        return RegistryError(
+            f"model registry {self.place.shown} has {what} of {version.label}; {_again(version)}"
+        )
+
     def _fetched(self, uri: str, room: Path, version: Version) -> Path:
         """A local path of an artifact; where its folder was moved, the one beside the store as it
         stands now."""
-        import mlflow
-
         if not uri.startswith("file:"):
-            return Path(mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(room)))
+            with self.connection.client():
+                import mlflow
+
+                return Path(
+                    mlflow.artifacts.download_artifacts(artifact_uri=uri, dst_path=str(room))
+                )
         path = Path(uri.removeprefix("file://"))
         own = (
             path.parts[-2:] if path.name == "artifacts" else path.parts[-3:]
@@ -539,65 +555,56 @@ def _again(version: Version) -> str:
     return f"restore the folder, or train it again: pyroshock train {words}"
 
 
-def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
+def _registered(reader: RegistryReader, runs: Sequence[str]) -> Version | None:
     """The version that one of these runs has registered, though nobody was told."""
     return (
-        next((record for record in _all_records(client) if record.run_id in runs), None)
+        next((record for record in _all_records(reader) if record.run_id in runs), None)
         if runs
         else None
     )
 
 
-def _all_records(client: MlflowClient) -> list[Version]:
+def _trained_versions(reader: RegistryReader) -> list[VersionRecord]:
+    """The registered versions that are ours."""
+    return [version for version in reader.versions() if TASK_TAG in version.tags]
+
+
+def _all_records(reader: RegistryReader) -> list[Version]:
     """Every version's records, without what is in use."""
-    versions = client.search_model_versions(max_results=10_000)
-    return [
-        record
-        for version in versions
-        if TASK_TAG in version.tags
-        for record in _records(version, version.tags)
-    ]
+    return [record for version in _trained_versions(reader) for record in _records(version)]
 
 
-def _records(model_version: ModelVersion, tags: Mapping[str, str]) -> list[Version]:
-    """A version's records of all of its splits, that of the model in use first; without what is in
-    use."""
-    number, created_ms = int(model_version.version), model_version.creation_timestamp
-    version = version_from(model_version.name, number, model_version.run_id, created_ms, tags, None)
-    return [version, *further_splits(version, tags)]
-
-
-def _record_of_task(model_version: ModelVersion, tags: Mapping[str, str], task_key: str) -> Version:
-    return next(
-        version for version in _records(model_version, tags) if version.task_key == task_key
+def _records(version: VersionRecord, champion_of: str | None = None) -> list[Version]:
+    """A version's records of all of its splits, that of the model in use first."""
+    served = version_from(
+        version.name,
+        version.version,
+        version.run_id,
+        version.created_ms,
+        version.tags,
+        champion_of,
     )
+    return [served, *further_splits(served, version.tags)]
 
 
-def _version_without_split(client: MlflowClient, trained: Trained) -> ModelVersion | None:
+def _version_without_split(reader: RegistryReader, trained: Trained) -> VersionRecord | None:
     """The newest version of the same training that was not judged on this split yet."""
-    wanted = f"name = '{trained.task.model}'"
-    versions = [
-        v for v in client.search_model_versions(wanted, max_results=10_000) if TASK_TAG in v.tags
+    task = trained.task
+    same = [
+        version
+        for version in _trained_versions(reader)
+        if version.name == task.model and version.tags.get(TRAINING_TAG) == task.training_key
     ]
-    same = [v for v in versions if v.tags.get(TRAINING_TAG) == trained.task.training_key]
-    for version in sorted(same, key=lambda version: int(version.version), reverse=True):
-        if all(record.split != trained.task.split for record in _records(version, version.tags)):
+    for version in sorted(same, key=lambda version: version.version, reverse=True):
+        if all(record.split != task.split for record in _records(version)):
             return version
     return None
 
 
-def _address_of_model(client: MlflowClient, version: Version) -> str:
-    """Where the files of a version's model are: those of the registered one, or of a further
-    split's."""
-    if version.is_served:
-        return str(client.get_model_version_download_uri(version.name, str(version.version)))
-    return str(client.get_logged_model(version.model_id).artifact_location)
-
-
-def _next_order(client: MlflowClient) -> int:
+def _next_order(reader: RegistryReader) -> int:
     """In the turn of those who register; of a tracking server's other machines one may get the
     same: clocks tell."""
-    return max((record.order for record in _all_records(client)), default=0) + 1
+    return max((record.order for record in _all_records(reader)), default=0) + 1
 
 
 def _floor_tag(split: str) -> str:

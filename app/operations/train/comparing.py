@@ -11,10 +11,9 @@ from ....dataset.table import PulseTable
 from ....training.estimators.base import SettingValue
 from ....training.evaluation.comparison import Comparison, for_all_pairs
 from ....training.evaluation.metrics import METRICS
-from ....training.registry.evaluate import Evaluation, evaluate_held_out
+from ....training.registry.evaluate import Evaluation, compared, evaluate_held_out
 from ....training.registry.intact_models import intact_versions
 from ....training.registry.listing import chosen, finite, in_order, newest, of_dataset
-from ....training.registry.promotion import compared
 from ....training.registry.records import Version
 from ....training.registry.registry import Registry
 from .searches import searched_settings

@@ -192,8 +192,7 @@ def compared_to(
     common.
     """
     from ....training.evaluation.comparison import for_all_pairs
-    from ....training.registry.evaluate import evaluate_held_out
-    from ....training.registry.promotion import compared
+    from ....training.registry.evaluate import compared, evaluate_held_out
 
     judged = evaluate_held_out(registry, [reference, *others], read)
     comparisons = for_all_pairs(
