@@ -19,7 +19,7 @@ def test_overlay_has_each_level_with_its_pulses(browser, lab):
         query = query.join(Campaign, Impact.campaign_id == Campaign.id)
         pulses = session.scalar(query.where(Pulse.current, Campaign.name == "rehearsal"))
     with page_of(browser, lab) as page:
-        at(page, "/compare?campaign=rehearsal")
+        at(page, "/compare?campaign=rehearsal&rejected=true")
         groups = [row.split("\t") for row in page.locator("#groups tbody tr").all_inner_texts()]
         assert sum(int(row[1]) for row in groups) == pulses
         shown = {trace["name"] for trace in drawn(page, "overlay")}
