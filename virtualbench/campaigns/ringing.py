@@ -15,12 +15,15 @@ samples.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
+from ...parallel.executor import usual_jobs
 from ..effects import Effects
 from ..impact.build import ImpactTarget
 from ..impact.echoes import PlateEchoes
@@ -284,10 +287,10 @@ def solved_plates(
     for key, plate in plates.items():
         points = tuple((x, y - height) for height in heights_m for x, y in plate.impact_points_m)
         plates[key] = replace(plate, impact_points_m=points)
-    return {
-        key: modes(plate, effects, max_frequency_hz=MAX_FREQUENCY_HZ)
-        for key, plate in plates.items()
-    }
+    # Beside each other: one solution uses one thread of linear algebra (`simulate`).
+    with ThreadPoolExecutor(usual_jobs()) as threads:
+        solve = partial(modes, effects=effects, max_frequency_hz=MAX_FREQUENCY_HZ)
+        return dict(zip(plates, threads.map(solve, plates.values()), strict=True))
 
 
 def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Floats]:
