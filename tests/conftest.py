@@ -109,12 +109,12 @@ def played_here() -> Iterator[Callable[[], int]]:
     """The virtual bench plays in the test's own process where no number of processes is given:
     others cost seconds to start, and the tests run in several processes already. Gives what else
     says how many."""
+    from pyroshock.parallel.executor import usual_jobs
     from pyroshock.virtualbench import simulate
 
-    really = simulate.default_jobs
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(simulate, "default_jobs", lambda: 1)
-        yield really
+        patch.setattr(simulate, "usual_jobs", lambda: 1)
+        yield usual_jobs
 
 
 @pytest.fixture(scope="module")

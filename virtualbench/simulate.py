@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..parallel.executor import ExecutorConfig
+from ..parallel.executor import ExecutorConfig, usual_jobs
 from ..parallel.map_tasks import run_all_tasks
 from ..parallel.task import one_thread
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
@@ -176,7 +176,7 @@ def simulate(
             bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
-        executor = ExecutorConfig(jobs=min(jobs or default_jobs(), len(tasks)))
+        executor = ExecutorConfig(jobs=min(jobs or usual_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
         shared = (bench, partial, suffix)
         with closing(
@@ -205,14 +205,6 @@ def simulate(
             partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes)
         )
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
-
-
-def default_jobs() -> int:
-    """Processes where nobody says how many: one per processor that this process may use, four at
-    most."""
-    return min(
-        4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
 
 
 def _check(

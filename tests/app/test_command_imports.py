@@ -72,7 +72,7 @@ for line in open(commands):
     try:
         main(json.loads(line), standalone_mode=False)
     except Exit:
-        pass
+        pass  # a refusal: what it has loaded until then counts
     print(json.dumps(sorted(heavy & sys.modules.keys())), file=loaded)
 """
 
@@ -87,7 +87,7 @@ main()
 
 
 def _run(code: str, *words: str, folder: Path, store: str) -> str:
-    ran = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code, *words],
         cwd=folder,
         env={**os.environ, "PYROSHOCK_DB": store},
@@ -95,8 +95,8 @@ def _run(code: str, *words: str, folder: Path, store: str) -> str:
         text=True,
         timeout=100,
     )
-    assert ran.returncode == 0, ran.stderr
-    return ran.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
 @pytest.fixture(scope="module")

@@ -36,19 +36,19 @@ print(json.dumps({"code": code, "mlflow": "mlflow" in sys.modules}))
 TESTS = Path(__file__).resolve().parent.parent
 
 
-def ran(folder: Path, *words: str) -> dict[str, object]:
+def run_command(folder: Path, *words: str) -> dict[str, object]:
     """How a command ended in a process of its own, and whether it had imported MLflow."""
     environment = {
         name: value for name, value in os.environ.items() if name != "MLFLOW_TRACKING_URI"
     }
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", RUN, *words, "--db", f"sqlite:///{folder / 'lab.db'}"],
         env={**environment, "PYTHONPATH": str(TESTS)},
         capture_output=True,
         text=True,
         check=True,
     )
-    return json.loads(done.stdout.splitlines()[-1])
+    return json.loads(process.stdout.splitlines()[-1])
 
 
 LISTS = (
@@ -61,19 +61,19 @@ LISTS = (
 
 @pytest.mark.parametrize("words", LISTS)
 def test_lists_and_comparisons_import_no_mlflow(filled_lab, words):
-    assert ran(filled_lab, *words) == {"code": 0, "mlflow": False}
+    assert run_command(filled_lab, *words) == {"code": 0, "mlflow": False}
 
 
 @pytest.mark.parametrize("contact", [(), ("--contact", "tree@1")])
 def test_predictions_import_no_mlflow(filled_lab, contact):
     shot = ("--tank-pressure", "2bar", "--draws", "8")
-    assert ran(filled_lab, "predict", *shot, *contact) == {"code": 0, "mlflow": False}
+    assert run_command(filled_lab, "predict", *shot, *contact) == {"code": 0, "mlflow": False}
 
 
 def test_prediction_without_a_registry_imports_no_mlflow(tmp_path):
     shot = ("--tank-pressure", "2bar", "--draws", "8")
-    assert ran(tmp_path, "predict", *shot) == {"code": 0, "mlflow": False}
-    assert ran(tmp_path, "models", "list") == {"code": 0, "mlflow": False}
+    assert run_command(tmp_path, "predict", *shot) == {"code": 0, "mlflow": False}
+    assert run_command(tmp_path, "models", "list") == {"code": 0, "mlflow": False}
 
 
 def test_unknown_tables_import_mlflow(filled_lab, tmp_path):
@@ -82,4 +82,4 @@ def test_unknown_tables_import_mlflow(filled_lab, tmp_path):
         shutil.copy(filled_lab / name, tmp_path)
     with closing(sqlite3.connect(tmp_path / "lab-models.db")) as connection, connection:
         connection.execute("UPDATE alembic_version SET version_num = 'from-the-future'")
-    assert ran(tmp_path, "models", "list")["mlflow"]
+    assert run_command(tmp_path, "models", "list")["mlflow"]

@@ -97,8 +97,10 @@ def test_usual_units_convert_as_pint_converts_them(number, usual, other):
     expected = in_pint(unit).to(pint_names.get(si_unit, si_unit)).magnitude
     assert parse_quantity(f"{number!r} {unit}", si_unit, "size") == expected
     assert USUAL_FACTORS[si_unit][si_unit] == 1
-    same = in_pint(unit).is_compatible_with(pint_names.get(other, other))
-    assert (unit in USUAL_FACTORS[other]) == (same or (unit == "g" and other in ("kg", "m/s2")))
+    is_compatible = in_pint(unit).is_compatible_with(pint_names.get(other, other))
+    assert (unit in USUAL_FACTORS[other]) == (
+        is_compatible or (unit == "g" and other in ("kg", "m/s2"))
+    )
 
 
 @given(st.text(max_size=20), st.sampled_from(sorted(SI_UNITS)))

@@ -70,8 +70,8 @@ def test_files_of_tests_are_in_memory_where_it_has_room_and_nobody_says_otherwis
         assert clean_environment.clean_variables({}, tmp_path).get("TMPDIR") == expected
     monkeypatch.setattr(clean_environment, "_MEMORY", tmp_path / "nowhere")
     assert "TMPDIR" not in clean_environment.clean_variables({}, tmp_path)
-    given = clean_environment.clean_variables({"TMPDIR": "/var/tmp"}, tmp_path)
-    assert given["TMPDIR"] == "/var/tmp"
+    variables = clean_environment.clean_variables({"TMPDIR": "/var/tmp"}, tmp_path)
+    assert variables["TMPDIR"] == "/var/tmp"
 
 
 def test_pip_still_reads_where_packages_come_from(tmp_path: Path) -> None:

@@ -54,8 +54,8 @@ def _filled(registry: Registry) -> tuple[Version, ...]:
     session = registry.open_session(dataset, 0)
 
     def register(model: str, split: str = "repetitions", **changes: object) -> Version:
-        made = fit_task(task_of(model, split, context), context)
-        return registry.record(replace(made, dataset=dataset, **changes), session)
+        trained = fit_task(task_of(model, split, context), context)
+        return registry.record(replace(trained, dataset=dataset, **changes), session)
 
     versions = (
         register("hann", fit_report=REPORT),

@@ -99,10 +99,10 @@ def compared(judged: Evaluation, a: str, b: str, groups: bool = False) -> Compar
             over all pulses.
     """
     pulses = judged.pulses
-    named = comparison_groups(pulses) if groups else {}
+    rows_by_group = comparison_groups(pulses) if groups else {}
     rng = rng_of("compare", pulses.key[0], "-".join(sorted((a, b))), len(pulses))
     return compare(
-        judged.errors[a], judged.errors[b], pulses.configuration, named, rng, names=(a, b)
+        judged.errors[a], judged.errors[b], pulses.configuration, rows_by_group, rng, names=(a, b)
     )
 
 

@@ -163,12 +163,12 @@ class TableReader:
         return aliases
 
     def runs_with(self, tag: str, value: str | None = None) -> list[RunRecord]:
-        wanted = _TAGS.c.value != "" if value is None else _TAGS.c.value == value
-        tagged = select(_TAGS.c.run_uuid).where(_TAGS.c.key == tag, wanted)
+        has_value = _TAGS.c.value != "" if value is None else _TAGS.c.value == value
+        tagged_runs = select(_TAGS.c.run_uuid).where(_TAGS.c.key == tag, has_value)
         runs = select(_RUNS).where(
             _RUNS.c.experiment_id == self._experiment,
             _RUNS.c.lifecycle_stage == "active",
-            _RUNS.c.run_uuid.in_(tagged),
+            _RUNS.c.run_uuid.in_(tagged_runs),
         )
         return self._runs(runs)
 
@@ -198,9 +198,9 @@ class TableReader:
         return self._find_text(location)
 
     def _runs(self, runs: Select[Any]) -> list[RunRecord]:
-        chosen = select(runs.subquery().c.run_uuid)
+        run_ids = select(runs.subquery().c.run_uuid)
         tags, parameters, metrics = (
-            self._values_by_run(rows, chosen) for rows in (_TAGS, _PARAMETERS, _LATEST)
+            self._values_by_run(rows, run_ids) for rows in (_TAGS, _PARAMETERS, _LATEST)
         )
         newest_first = (_RUNS.c.start_time.desc(), _RUNS.c.run_uuid)
         return [
@@ -216,10 +216,10 @@ class TableReader:
             for row in self._rows(runs.order_by(*newest_first))
         ]
 
-    def _values_by_run(self, rows: TableClause, chosen: Select[Any]) -> dict[str, dict[str, Any]]:
-        """Values by key of the chosen runs."""
+    def _values_by_run(self, rows: TableClause, run_ids: Select[Any]) -> dict[str, dict[str, Any]]:
+        """Values by key of the runs with these ids."""
         values: dict[str, dict[str, Any]] = {}
-        for row in self._rows(select(rows).where(rows.c.run_uuid.in_(chosen))):
+        for row in self._rows(select(rows).where(rows.c.run_uuid.in_(run_ids))):
             values.setdefault(row.run_uuid, {})[row.key] = row.value
         return values
 

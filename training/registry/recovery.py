@@ -52,10 +52,12 @@ def recover(registry: Registry, name: str, version: int, record: Mapping[str, An
             tags[key] = json.dumps({**splits[key], "run_id": new_run, "model_id": new_model})
         while True:
             with redirect_stderr(StringIO()):  # MLflow announces every version there
-                made = mlflow.register_model(f"models:/{model_id}", name, tags=tags)
-            if int(made.version) >= version:
-                return f"{name}@{made.version}"
-            client.delete_model_version(name, made.version)  # a number that another version had
+                registered = mlflow.register_model(f"models:/{model_id}", name, tags=tags)
+            if int(registered.version) >= version:
+                return f"{name}@{registered.version}"
+            client.delete_model_version(
+                name, registered.version
+            )  # a number that another version had
 
 
 def _folders(
@@ -81,10 +83,10 @@ def _logged(
     """A run and a model with copies of these files: the ids of both."""
     from mlflow.entities import LoggedModelStatus
 
-    made = client.create_run(experiment, run_name=f"{name}, recovered")
-    client.log_artifacts(made.info.run_id, str(run))
-    logged = client.create_logged_model(experiment, name=name, source_run_id=made.info.run_id)
+    run_record = client.create_run(experiment, run_name=f"{name}, recovered")
+    client.log_artifacts(run_record.info.run_id, str(run))
+    logged = client.create_logged_model(experiment, name=name, source_run_id=run_record.info.run_id)
     client.log_model_artifacts(logged.model_id, str(model))
     client.finalize_logged_model(logged.model_id, LoggedModelStatus.READY)
-    client.set_terminated(made.info.run_id)
-    return str(made.info.run_id), str(logged.model_id)
+    client.set_terminated(run_record.info.run_id)
+    return str(run_record.info.run_id), str(logged.model_id)

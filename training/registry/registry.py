@@ -282,8 +282,8 @@ class Registry:
                 if version is None:
                     own = version_tags(trained, sha256, files, order)
                     with redirect_stderr(StringIO()):  # MLflow announces every version there
-                        made = mlflow.register_model(model_uri, task.model, tags=own)
-                    version = replace(version_record(made), tags=own)
+                        registered = mlflow.register_model(model_uri, task.model, tags=own)
+                    version = replace(version_record(registered), tags=own)
                 else:
                     key, value = split_tag(
                         trained, sha256, files, order, run.info.run_id, model_id, time.time()

@@ -70,11 +70,11 @@ def impact_records(
 def _values(
     session: Session, row: RecordedChannel, first: int, stop: int
 ) -> tuple[Floats, float, float]:
-    read = read_channel(session, row, first, stop)
+    samples = read_channel(session, row, first, stop)
     return (
-        without_rest(read.readings, row.sampling_rate_hz, read.start_s)[0],
+        without_rest(samples.readings, row.sampling_rate_hz, samples.start_s)[0],
         row.sampling_rate_hz,
-        read.start_s,
+        samples.start_s,
     )
 
 
