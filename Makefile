@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest
 PIP := $(BIN)/python -m pip -qq
 CLEAN := $(BIN)/python tools/clean_environment.py
 # Exactly the packages that are listed, with the content that is listed (requirements/, made by `make lock`).
-LOCKED := PIP_CONSTRAINT= PIP_BUILD_CONSTRAINT= $(PIP) install --require-hashes --no-deps -r
+LOCKED := $(BIN)/python -m tools.install
 
 # Old pip applies the first to build environments too, new pip wants the second for them.
 export PIP_CONSTRAINT := constraints.txt
@@ -169,16 +169,16 @@ $(SHARED_BY_TESTS:%=.cache/mypy/%):
 
 LOCKER := uv==0.13.9
 
-lock: ## requirements/ anew from pyproject.toml and constraints.txt: after a dependency was added or raised; needs an index
+lock: ## requirements/ anew from pyproject.toml and constraints.txt: after a dependency was added or raised, or another LOCKER; needs an index
 	@$(PYTHON) -m venv .cache/locker && PIP_CONSTRAINT= .cache/locker/bin/python -m pip -qq install $(LOCKER)
-	@$(PYTHON) -m tools.lock .cache/locker/bin/uv
+	@$(PYTHON) -m tools.lock .cache/locker/bin/uv $(LOCKER)
 
 .venv/.pyroshock-run: pyproject.toml constraints.txt requirements/run.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  version=$$($(PYTHON) -V 2>/dev/null); \
 	  echo "pyroshock needs Python 3.11 or newer; '$(PYTHON)' is $${version:-no Python}: name another, make PYTHON=python3.12"; \
 	  exit 1; } >&2
-	@echo "Installing pyroshock into .venv; the first time takes a few minutes."
+	@echo "Installing pyroshock into .venv; the first time takes a minute or two."
 	@$(PYTHON) -m venv .venv
 	@$(LOCKED) requirements/run.txt
 	@PIP_CONSTRAINT= PIP_BUILD_CONSTRAINT= $(PIP) install --no-deps --no-build-isolation -e .
@@ -186,7 +186,7 @@ lock: ## requirements/ anew from pyproject.toml and constraints.txt: after a dep
 
 # PyTorch's build without GPU libraries where it is to be had; the other one needs more to be imported at all.
 .venv/.pyroshock-models: .venv/.pyroshock-run requirements/models.txt
-	@echo "Installing the extra for models; the first time takes a few minutes."
+	@echo "Installing the extra for models; the first time takes a minute or two."
 	@$(LOCKED) requirements/cpu.txt 2>/dev/null || true
 	@$(LOCKED) requirements/models.txt
 	@if $(BIN)/python -m pip check | grep -qE '^torch .* requires (nvidia|cuda|triton)'; then $(LOCKED) requirements/cuda.txt; fi

@@ -3,8 +3,8 @@ all of their files.
 
 uv resolves pyproject.toml within the versions of constraints.txt, for every platform at once, and
 knows the hashes of the index. The files of requirements/ name no index, each adds to the one that
-it begins with, and pip installs from them with `--require-hashes --no-deps`: nothing that is not
-listed, and nothing with another content.
+it begins with, and `tools/install.py` installs from them with `--require-hashes --no-deps`: nothing
+that is not listed, and nothing with another content. `installer.txt` is uv itself.
 
 Builds of a version that lie in the folders of PIP_FIND_LINKS (PyTorch without GPU libraries,
 `2.13.0+cpu`) stand in `cpu.txt`, which the Makefile tries first: where both are to be had, pip
@@ -41,13 +41,16 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
 def main() -> int:
-    """Write the files of `requirements/` anew; the argument is the program `uv`."""
-    (uv,) = sys.argv[1:]
+    """Write the files of `requirements/` anew; the arguments are the program `uv`, and its version
+    as a requirement."""
+    uv, installer = sys.argv[1:]
     hashes_by_file: dict[str, str] = {}
     cuda: dict[str, str] = {}
     FOLDER.mkdir(exist_ok=True)
     for name, (before, extra) in ENVIRONMENTS.items():
-        packages = _resolved(uv, extra)
+        options = [] if extra is None else ["--extra", extra]
+        # setuptools builds the project itself, in the environment.
+        packages = _resolved(uv, ["pyproject.toml", "-", *options], "setuptools")
         cuda |= {package: entry for package, entry in packages.items() if CUDA.match(package)}
         own = {
             package: entry
@@ -59,44 +62,29 @@ def main() -> int:
         _write(name, before, own)
     _write("cuda", None, cuda)
     _write("cpu", None, _builds(hashes_by_file))
+    _write("installer", None, _resolved(uv, ["-"], installer))
     return 0
 
 
-def _resolved(uv: str, extra: str | None) -> dict[str, str]:
-    """Normalised name -> its entry: version, marker and hashes."""
-    command = [
-        uv,
-        "pip",
-        "compile",
-        "pyproject.toml",
-        "-",
-        "--quiet",
-        "--universal",
-        "--python-version",
-        PYTHON,
-    ]
-    command += [
-        "--constraints",
-        "constraints.txt",
-        "--generate-hashes",
-        "--no-annotate",
-        "--no-header",
-    ]
-    command += ["--no-emit-index-url", *([] if extra is None else ["--extra", extra])]
+def _resolved(uv: str, sources: list[str], requirement: str) -> dict[str, str]:
+    """Normalised name -> its entry: version, marker and hashes. `-` among the sources is the
+    requirement."""
+    command = [uv, "pip", "compile", *sources, "--quiet", "--universal"]
+    command += ["--python-version", PYTHON, "--constraints", "constraints.txt"]
+    command += ["--generate-hashes", "--no-annotate", "--no-header", "--no-emit-index-url"]
     environment = {**os.environ, "UV_NO_PROGRESS": "1"}
     environment.setdefault("SSL_CERT_FILE", os.environ.get("PIP_CERT", ""))
-    # setuptools builds the project itself, in the environment.
     done = subprocess.run(
         command,
         cwd=ROOT,
-        input="setuptools\n",
+        input=f"{requirement}\n",
         capture_output=True,
         text=True,
         env=environment,
         check=False,
     )
     if done.returncode != 0:
-        raise SystemExit(f"lock: uv cannot resolve {extra or 'the project'}: {done.stderr.strip()}")
+        raise SystemExit(f"lock: uv cannot resolve {' '.join(sources)}: {done.stderr.strip()}")
     entries = re.split(r"\n(?=[A-Za-z0-9])", done.stdout.strip())
     return {_normalised(entry): entry for entry in entries}
 

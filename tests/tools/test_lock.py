@@ -65,7 +65,7 @@ def test_what_the_project_asks_for_is_locked(name: str) -> None:
     assert "setuptools" in locked
 
 
-@pytest.mark.parametrize("name", [*ENVIRONMENTS, "cuda", "cpu"])
+@pytest.mark.parametrize("name", [*ENVIRONMENTS, "cuda", "cpu", "installer"])
 def test_versions_are_those_of_the_constraints_and_every_file_has_its_hash(name: str) -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = {
@@ -91,6 +91,5 @@ def test_no_index_is_named_and_the_files_are_small() -> None:
 
 def test_every_environment_of_the_makefile_is_installed_from_its_lock() -> None:
     rules = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert "--require-hashes --no-deps" in rules
     for name in ENVIRONMENTS:
         assert f"$(LOCKED) requirements/{name}.txt" in rules
