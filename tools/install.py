@@ -26,7 +26,6 @@ _VARIABLES = {
     "index-url": ("UV_DEFAULT_INDEX", " "),
     "extra-index-url": ("UV_INDEX", " "),
     "find-links": ("UV_FIND_LINKS", ","),
-    "no-index": ("UV_NO_INDEX", " "),
     "trusted-host": ("UV_INSECURE_HOST", " "),
     "default-timeout": ("UV_HTTP_TIMEOUT", " "),
     "timeout": ("UV_HTTP_TIMEOUT", " "),
@@ -55,7 +54,10 @@ def main(lists: list[str]) -> int:
     options = [option for path in lists for option in ("-r", path)]
     if uv.is_file():
         list_settings = [sys.executable, "-m", "pip", "config", "list"]
-        settings = subprocess.run(list_settings, capture_output=True, text=True, check=False).stdout
+        lines = subprocess.run(list_settings, capture_output=True, text=True, check=False).stdout
+        settings = settings_of_pip(lines)
+        if settings.get("no-index", "0").lower() in ("1", "true", "yes", "on"):
+            options.append("--no-index")
         installation = subprocess.run(
             [uv, "-q", "pip", "install", "--python", sys.executable, *_LISTED_ONLY, *options],
             env=os.environ | variables_of_uv(settings),
@@ -69,28 +71,39 @@ def main(lists: list[str]) -> int:
     ).returncode
 
 
-def variables_of_uv(settings: str) -> Mapping[str, str]:
-    """The variables that make uv look where pip looks.
+def settings_of_pip(lines: str) -> dict[str, str]:
+    """pip's settings by their names.
 
     Parameters:
-        settings: what `pip config list` prints: a line `section.name='value'` a setting.
-
-    Returns:
-        Names of variables with their values. uv takes a package from whichever index has the
-        listed version, as pip does: its content is known by its hash, wherever it comes from.
+        lines: what `pip config list` prints: `section.name='value'`, a line a setting.
     """
     values: dict[tuple[str, str], str] = {}
-    for line in settings.splitlines():
+    for line in lines.splitlines():
         key, _, value = line.partition("=")
         section, _, name = key.rpartition(".")
-        if section in _SECTIONS and name in _VARIABLES and value:
+        if section in _SECTIONS and value:
             values[section, name] = str(ast.literal_eval(value))
-    variables = {"UV_INDEX_STRATEGY": "unsafe-best-match"}
-    for section in _SECTIONS:
-        for name, (variable, separator) in _VARIABLES.items():
-            if words := values.get((section, name), "").split():
-                variables[variable] = separator.join(words)
-    return variables
+    return {
+        name: values[section, name]
+        for section in _SECTIONS
+        for place, name in values
+        if place == section
+    }
+
+
+def variables_of_uv(settings: Mapping[str, str]) -> dict[str, str]:
+    """The variables that make uv look where pip looks. uv takes a package from whichever index has
+    the listed version, as pip does: its content is known by its hash, wherever it comes from.
+
+    Parameters:
+        settings: pip's settings by their names.
+    """
+    variables = {
+        variable: separator.join(settings[name].split())
+        for name, (variable, separator) in _VARIABLES.items()
+        if name in settings
+    }
+    return {"UV_INDEX_STRATEGY": "unsafe-best-match"} | variables
 
 
 if __name__ == "__main__":
