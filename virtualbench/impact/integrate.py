@@ -234,7 +234,8 @@ def _echo_answer(
     if echoes is None:
         return np.empty(0)
     strength = mobility_m_n_s * echoes.plate_impedance_n_s_m
-    return strength * step_s * echoes.answer(step_s * np.arange(length))
+    time_s = np.asarray(step_s * np.arange(length), dtype=np.float64)
+    return strength * step_s * echoes.answer(time_s)
 
 
 def contact_forces(

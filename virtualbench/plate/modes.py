@@ -226,7 +226,8 @@ def _largest_pairs(
         projected[own, own] = weighted.T @ following
         following -= block @ projected[own, own]
         # Rounding brings back what is in the space already, the stiffest modes first.
-        following -= space[:, :used] @ (space[:, :used].T @ (mass @ following))
+        within = space[:, :used].T @ np.asarray(mass @ following)
+        following -= space[:, :used] @ within
         before = block
         block, weighted, coupling = _orthonormal(following, mass)
         if used >= look:
@@ -248,10 +249,10 @@ def _orthonormal(block: Floats, mass: csr_array[np.float64]) -> tuple[Floats, Fl
 
     within = np.eye(block.shape[1])
     for _ in range(2):
-        factor = np.linalg.cholesky(block.T @ (mass @ block))
+        factor = np.linalg.cholesky(block.T @ np.asarray(mass @ block))
         block = solve_triangular(factor, block.T, lower=True).T
         within = factor.T @ within
-    return block, mass @ block, within
+    return block, np.asarray(mass @ block), within
 
 
 def modes_below(
