@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Floats
 from ...virtualbench.effects import Effects, EffectSwitch
 from ...virtualbench.impact.build import Impactor, ImpactTarget, Layer, contact_material, target
-from ...virtualbench.impact.kernel import contact_forces
+from ...virtualbench.impact.integrate import contact_forces
 from ...virtualbench.second_laws.contact import contact_forces as second_forces
 from ...virtualbench.second_laws.sensors import force_read
 from ...virtualbench.sensors.filters import low_passed

@@ -9,7 +9,7 @@ The instruments at the gun (thesis, section 2.2.1).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from ...array_types import Floats
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
-from ..gun.fire import ShotTruth, Trigger, fire, shot_signals
+from ..gun.fire import LASER_REST_M, ShotTruth, Trigger, fire, shot_signals
 from ..gun.gas import ValveWay
 from ..impact.build import Impactor, ImpactTarget, projectile, target
 from ..impact.strike import ImpactTruth, strike_many
@@ -186,6 +186,9 @@ SENSORS = (TANK, LASER, *PLATE, *ARRAY)
 #: and for the plate.
 RATE_HZ, SLOW_RATIO, RATIO, PLATE_RATIO = 100_000.0, 4, 20, 8
 DURATION_S = 1.2
+#: Samples after which the laser's electronics, at 10 kHz, and the anti-alias filter are at rest: by
+#: then they have fallen to exp(-50).
+SETTLED = 250
 #: From the valve's first turn to the trigger at most, at strength 1 of gun.valve_flow.
 TRIGGER_S = 0.3
 #: By how much (s, standard deviation) the trigger comes early or late at strength 1 of
@@ -328,11 +331,14 @@ class VirtualGunBench:
             shot, bullet, rate, DURATION_S, self.trigger, trigger_offset_s=late_s
         )
         time = np.arange(round(DURATION_S * rate)) / rate
-        pairs = ((TANK, signals["tank_pressure"]), (LASER, signals["laser"]))
-        return {
-            sensor.name: analog(time, signal, sensor, RATE_HZ, self.effects)
-            for sensor, signal in pairs
-        }
+        tank = analog(time, signals["tank_pressure"], TANK, RATE_HZ, self.effects)
+        laser = np.full(tank.size, LASER_REST_M)
+        for stretch in _where_it_moves(signals["laser"], LASER_REST_M):
+            fine = slice(SLOW_RATIO * stretch.start, SLOW_RATIO * stretch.stop)
+            laser[stretch] = analog(
+                time[fine], signals["laser"][fine], LASER, RATE_HZ, self.effects
+            )
+        return {TANK.name: tank, LASER.name: laser}
 
     def _fast(self, row: Row, impact: ImpactTruth | None, start_s: float) -> dict[str, Floats]:
         """Band-limited forces of the array and accelerations of the plate, SI (samples,)."""
@@ -340,18 +346,19 @@ class VirtualGunBench:
         out = {sensor.name: np.zeros(samples) for sensor in (*ARRAY, *PLATE)}
         if impact is None:
             return out
+        felt = np.zeros(samples)  # the four load cells are alike
+        add_pulse(
+            felt,
+            start_s,
+            impact.time_s,
+            impact.plate_force_n,
+            ARRAY[0],
+            RATE_HZ,
+            RATIO,
+            self.effects,
+        )
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
-            pulse = share * impact.plate_force_n
-            add_pulse(
-                out[sensor.name],
-                start_s,
-                impact.time_s,
-                pulse,
-                sensor,
-                RATE_HZ,
-                RATIO,
-                self.effects,
-            )
+            out[sensor.name] = share * felt
         plate, point = self.plates[plate_of(row)], self._point(row)
         settle = settling_s(PLATE, self.effects)
         hit = blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settle)
@@ -360,6 +367,18 @@ class VirtualGunBench:
             [hit], samples, plate, shape, response, PLATE, RATE_HZ, self.effects
         )
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
+
+
+def _where_it_moves(signal: Floats, rest: float) -> Iterator[slice]:
+    """Stretches of the recording in which a fine signal is not at `rest`, with room for what its
+    electronics and the anti-alias filter make of them."""
+    moving = np.flatnonzero(signal != rest) // SLOW_RATIO
+    if not moving.size:
+        return
+    breaks = np.flatnonzero(np.diff(moving) > 2 * SETTLED) + 1
+    for part in np.split(moving, breaks):
+        stop = min(int(part[-1]) + SETTLED, signal.size // SLOW_RATIO)
+        yield slice(max(int(part[0]) - SETTLED, 0), stop)
 
 
 def set_up(

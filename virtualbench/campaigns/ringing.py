@@ -14,6 +14,7 @@ samples.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -231,21 +232,40 @@ def _ring(
     """Add free ringing from sample `first` to `stop`; returns the states (m,) there."""
     loudness = np.abs(state) * np.abs(weights).max(axis=0, initial=0.0)
     floor = _SILENT * float(loudness.max(initial=0.0))
-    table = np.exp(np.outer(roots, np.arange(_BLOCK) / rate_hz))
-    sine, cosine = table.imag.copy(), table.real.copy()
-    for start in range(first, stop, _BLOCKS * _BLOCK):
-        alive = loudness * np.exp(roots.real * ((start - first) / rate_hz)) > floor
-        if not alive.any():
-            break
-        since = (start - first + _BLOCK * np.arange(_BLOCKS)) / rate_hz
-        phasors = weights[:, None, alive] * (np.exp(np.outer(since, roots[alive])) * state[alive])
-        rows = phasors.reshape(
-            -1, phasors.shape[-1]
-        )  # sensors and blocks; the imaginary part of rows times table
-        wave = rows.real.copy() @ sine[alive] + rows.imag.copy() @ cosine[alive]
-        part = out[:, start : min(stop, start + _BLOCKS * _BLOCK)]
-        part += wave.reshape(len(weights), -1)[:, : part.shape[1]]
+    if floor > 0:
+        heard_s, loud = np.full(loudness.size, -1.0), loudness > floor
+        with np.errstate(divide="ignore"):  # without damping for ever
+            heard_s[loud] = np.log(loudness[loud] / floor) / -roots.real[loud]
+        order = np.argsort(-heard_s)  # what is heard longest comes first
+        heard_s, roots_in_order = heard_s[order], roots[order]
+        amplitudes = weights[:, order] * state[order]
+        table = _exponentials(roots_in_order, rate_hz)
+        for start in range(first, stop, _BLOCKS * _BLOCK):
+            alive = int(np.searchsorted(-heard_s, -(start - first) / rate_hz))
+            if not alive:
+                break
+            since = (start - first + _BLOCK * np.arange(_BLOCKS)) / rate_hz
+            phasors = amplitudes[:, None, :alive] * np.exp(np.outer(since, roots_in_order[:alive]))
+            # The imaginary part of phasors times exponentials, for all sensors and blocks.
+            rows = phasors.reshape(-1, alive).view(np.float64)
+            wave = rows @ table[: 2 * alive]
+            part = out[:, start : min(stop, start + _BLOCKS * _BLOCK)]
+            part += wave.reshape(len(weights), -1)[:, : part.shape[1]]
     return np.asarray(state * np.exp(roots * (max(0, stop - first) / rate_hz)))
+
+
+def _exponentials(roots: Complex, rate_hz: float) -> Floats:
+    """exp(lambda t) at the first samples of a block (2 m, n): of each root the imaginary part, and
+    below it the real one.
+
+    exp(lambda (j + k)) is a product: two short tables instead of one number for each.
+    """
+    short = math.isqrt(_BLOCK)
+    coarse, fine = (
+        np.exp(np.outer(roots, step * np.arange(short) / rate_hz)) for step in (short, 1)
+    )
+    table = (coarse[:, :, None] * fine[:, None, :]).reshape(-1, _BLOCK)
+    return np.stack([table.imag, table.real], axis=1).reshape(-1, _BLOCK)
 
 
 Key = tuple[str, Boundary]

@@ -114,9 +114,10 @@ def advance(
     steps, figures = max(1, round((stop - start) / STEP_S)), figures_of(setting)
     time = np.linspace(start, stop, steps + 1)
     run, solver_report = odeint(  # type: ignore[call-overload]
-        lambda moment, now: derivative(moment, now, figures, phase),
+        rates,
         state,
         time,
+        args=(figures, phase.held, phase.sealed),
         tfirst=True,
         full_output=True,
         rtol=tightness * RELATIVE_TOLERANCE,

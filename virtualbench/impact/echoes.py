@@ -23,8 +23,6 @@ from ...array_types import Floats
 
 #: Where the raised cosine begins, over its end at the highest mode.
 _TAPER = 0.6
-#: Steps by which the echo's answer to an impulse is prepared.
-_BLOCK = 512
 
 
 @dataclass(frozen=True)
@@ -66,41 +64,3 @@ def _low_pass(time_s: Floats, begin: float, end: float) -> Floats:
     near = np.abs(spread) < 1e-6
     shape = np.where(near, np.pi / 4, np.cos(half * time_s) / np.where(near, 1.0, spread))
     return np.asarray(middle * np.sinc(middle * time_s / np.pi) * shape)
-
-
-class EchoHistory:
-    """Echo velocities of impacts abreast, from the force on the plate at all steps before.
-
-    `strength` (impacts,) is the share of the plate's mobility that acts.
-    """
-
-    def __init__(self, echoes: PlateEchoes, step_s: Floats, strength: Floats) -> None:
-        self._echoes, self._step_s, self._strength = echoes, step_s, strength
-        self._answers = np.empty((0, step_s.size))
-        self._force = np.empty((_BLOCK, step_s.size))
-        self._count = 0
-
-    def add(self, plate_force_n: Floats) -> tuple[Floats, Floats]:
-        """The force at the next step; the echo velocity (impacts,) then, and a step later, by the
-        force going on."""
-        if self._count == len(self._force):
-            self._force = np.concatenate([self._force, np.empty_like(self._force)])
-        while len(self._answers) < self._count + 3:
-            steps = len(self._answers) + np.arange(_BLOCK)
-            answers = [self._echoes.answer(steps * step) for step in self._step_s]
-            self._answers = np.concatenate([self._answers, np.stack(answers, axis=1)])
-        self._force[self._count] = plate_force_n
-        self._count += 1
-        before = self._force[self._count - 2] if self._count > 1 else plate_force_n
-        return self._summed(0.0, None), self._summed(1.0, 2 * plate_force_n - before)
-
-    def _summed(self, ahead: float, further_n: Floats | None) -> Floats:
-        """Trapezoid rule; the force begins at 0."""
-        late = int(ahead)
-        answers = self._answers[late : self._count + late][::-1]
-        total = np.einsum("ij,ij->j", answers, self._force[: self._count])
-        if further_n is None:
-            total -= 0.5 * answers[-1] * self._force[self._count - 1]
-        else:
-            total += 0.5 * self._answers[0] * further_n
-        return np.asarray(self._strength * self._step_s * total)

@@ -1,7 +1,5 @@
-"""The chain solved in time: Runge-Kutta of fourth order, a fixed step for each impact, all impacts
-abreast.
-
-From impactors, targets and effects to one chain, and to the steps that resolve it.
+"""From impactors, targets and effects to one chain, and to the steps that resolve it; and the
+chain solved in time, with a fixed step for each impact.
 """
 
 from __future__ import annotations
@@ -17,7 +15,8 @@ from ...array_types import Floats
 from ..effects import Effects
 from .build import Impactor, ImpactTarget, Layer
 from .chain import Chain, ContactLaw
-from .echoes import EchoHistory, PlateEchoes
+from .echoes import PlateEchoes
+from .kernel import MOBILITY, SHORT_ECHO, UNENDED, run
 
 #: `contact.tip_geometry`: the radius at the apex of a worn tip grows by exp(0.2) with each
 #: strength, and that of a pointed one (strengths below 0) by exp(0.03), with a cone in the place of
@@ -155,26 +154,22 @@ def _array(values: Sequence[float]) -> Floats:
     return np.asarray(values, dtype=np.float64)
 
 
-#: Share of the peak force below which an impactor that no longer bounces but creeps along with the
-#: plate counts as having let go: the threshold at which the thesis ends a pulse (section 4.1).
-CREEPING = 0.005
 _LONGEST = 60  # Hertz times, and
 # times m / Z, the pace of an impactor that a plate slows down; a later end means that something is
 # wrong
 _CREEP = 12
 _DAMPED_STEP = 1.2  # of the fastest time constant; the fourth-order method is stable up to 2.7
 _SWINGING_STEP = 0.4  # of the radian of the fastest mode
-LOOK = 16  # steps between two looks at what has ended
-# of the time until the last touch: a plate that rings may meet the impactor again until then
-_APART = 1.5
+#: Steps for which echoes are prepared at first.
+_ECHO_STEPS = 2048
 
 
 @dataclass(frozen=True)
 class ImpactHistories:
     """Histories (steps, impacts) at j times `step_s` (impacts,).
 
-    An impact is over after `ends` (impacts,) of the steps, in the state (states, impacts): what its
-    history says later is of no use.
+    An impact is over after `ends` (impacts,) of the steps, in the state (states, impacts); its
+    history is 0 from there on.
     """
 
     step_s: Floats
@@ -211,41 +206,56 @@ def solve(
     Raises `RuntimeError` when one is still pressing after a time that no impact takes.
     """
     step = steps_for(chain, velocity_m_s, steps_per_contact)
-    limit = int(np.max(longest_s(chain, velocity_m_s) / step))
-    state, deepest = chain.start(velocity_m_s), np.zeros_like(velocity_m_s)
-    final, ends = np.zeros_like(state), np.zeros(velocity_m_s.size, dtype=np.int64)
-    peak, last = np.zeros_like(deepest), np.zeros_like(deepest)
-    history: list[tuple[Floats, ...]] = []
-    echo_history = None
-    if echoes is not None:
-        echo_history = EchoHistory(
-            echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m
-        )
-    echo: tuple[Floats | float, Floats | float] = (0.0, 0.0)
-    while len(history) <= limit:
-        rates, seen = chain.motion(state, deepest, echo[1])
-        if echo_history is not None:
-            echo = echo_history.add(seen.plate_force_n)
-        history.append((seen.contact_force_n, seen.plate_force_n, seen.front_m_s2, seen.rear_m_s2))
-        peak = np.maximum(peak, seen.contact_force_n)
-        deepest = np.maximum(deepest, seen.indentation_m)
-        last = np.where(seen.contact_force_n > CREEPING * peak, len(history), last)
-        if len(history) % LOOK == 0:
-            if echo_history is None:  # bounced back, or pressing no more for a good while
-                bounced = (seen.contact_force_n == 0) & (chain.velocity(state) < 0)
-                over = bounced | (len(history) > 1.3 * last)
-            else:
-                over = np.asarray(len(history) > _APART * last)
-            now = (ends == 0) & over
-            final[:, now], ends[now] = state[:, now], len(history)
-            if np.all(ends > 0):
-                return ImpactHistories(
-                    step, ends, final, *(np.array(column) for column in zip(*history, strict=True))
-                )
-        state = _stepped(chain, state, rates, deepest, step, echo)
-    raise RuntimeError(
-        f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps"
-    )
+    limits = (longest_s(chain, velocity_m_s) / step).astype(np.int64)
+    runs = []
+    for figures, speed, pace, limit in zip(chain.figures, velocity_m_s, step, limits, strict=True):
+        count, length = SHORT_ECHO, _ECHO_STEPS
+        while count == SHORT_ECHO:
+            answer = _echo_answer(echoes, pace, figures[MOBILITY], length)
+            count, state, history = run(figures, speed, pace, limit, answer)
+            length *= 2
+        if count == UNENDED:
+            raise RuntimeError(
+                f"an impact at {float(speed)!r} m/s has not ended after {limit} steps"
+            )
+        runs.append((state, history))
+    ends = np.array([history.shape[1] for _, history in runs])
+    histories = np.zeros((4, ends.max(), ends.size))
+    for index, (_, history) in enumerate(runs):
+        histories[:, : history.shape[1], index] = history
+    return ImpactHistories(step, ends, np.stack([state for state, _ in runs], axis=1), *histories)
+
+
+def _echo_answer(
+    echoes: PlateEchoes | None, step_s: float, mobility_m_n_s: float, length: int
+) -> Floats:
+    """The echo (m/s) of 1 N that acts for one step, at `length` steps from then on; none for a
+    plate without edges."""
+    if echoes is None:
+        return np.empty(0)
+    strength = mobility_m_n_s * echoes.plate_impedance_n_s_m
+    time_s = np.asarray(step_s * np.arange(length), dtype=np.float64)
+    return strength * step_s * echoes.answer(time_s)
+
+
+def contact_forces(
+    impactors: Sequence[Impactor],
+    targets: Sequence[ImpactTarget],
+    effects: Effects,
+    velocities_m_s: Floats,
+    rng: np.random.Generator,
+    *,
+    steps_per_contact: int = 250,
+) -> list[tuple[float, Floats]]:
+    """Of each impact the step (s) and the force (n,) in N between tip and target, from first
+    contact until it lets go.
+
+    Raises `RuntimeError` as `strike_many` does.
+    """
+    chain = assemble(impactors, targets, effects, rng)
+    solution = solve(chain, velocities_m_s, steps_per_contact=steps_per_contact)
+    histories = zip(solution.step_s, solution.ends, solution.contact_force_n.T, strict=True)
+    return [(float(step), force[:end].copy()) for step, end, force in histories]
 
 
 def longest_s(chain: Chain, velocity_m_s: Floats) -> Floats:
@@ -268,18 +278,3 @@ def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:
     return np.asarray(
         np.where(chain.joint_n_m > 0, chain.joint_n_m, contact) * chain.plate_mobility_m_n_s
     )
-
-
-def _stepped(
-    chain: Chain,
-    state: Floats,
-    rates: Floats,
-    deepest: Floats,
-    step: Floats,
-    echo: tuple[Floats | float, Floats | float],
-) -> Floats:
-    middle, end = (echo[0] + echo[1]) / 2, echo[1]
-    second, _ = chain.motion(state + step / 2 * rates, deepest, middle)
-    third, _ = chain.motion(state + step / 2 * second, deepest, middle)
-    fourth, _ = chain.motion(state + step * third, deepest, end)
-    return np.asarray(state + step / 6 * (rates + 2 * (second + third) + fourth))

@@ -20,7 +20,8 @@ from ..effects import Effects
 from .build import Impactor, ImpactTarget
 from .chain import Chain
 from .echoes import PlateEchoes
-from .integrate import CREEPING, ImpactHistories, assemble, solve
+from .integrate import ImpactHistories, assemble, solve
+from .kernel import CREEPING
 
 
 def ringing(chain: Chain, state: Floats, duration_s: float, step_s: float) -> tuple[Floats, Floats]:
@@ -146,7 +147,7 @@ def strike_many(
     tail_s: float = 4e-3,
     echoes: PlateEchoes | None = None,
 ) -> list[ImpactTruth]:
-    """As many impacts as there are impactors, solved abreast: ten cost little more than one.
+    """As many impacts as there are impactors.
 
     Parameters:
         impactors: What strikes.

@@ -8,8 +8,8 @@ higher, of a mode that bends more at one end by more, and of its opposite by les
 of Sound I, section 88). Of `plate.sensor_mass` and `plate.boundary` it is the sensors and supports
 as they were built.
 
-The lowest modes of a sparse pair of stiffness and mass, by inverse iteration about a shift below
-zero.
+The lowest modes of a sparse pair of stiffness and mass, by Lanczos's method on the inverse about a
+shift below zero.
 
 The modal table that a laboratory would hand over with its plate: `plate_modes.csv` of a campaign
 folder.
@@ -22,7 +22,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -45,7 +45,7 @@ from .mesh import (
 )
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_array
+    from scipy.sparse import csc_array, csr_array
 
     Matrix = csc_array[np.float64]
 
@@ -157,6 +157,14 @@ def _gathered(mesh: Mesh, parts: Floats) -> Matrix:
 
 #: By how much more modes are asked for when the last guess fell short of the limit.
 _MORE = 1.25
+#: With fewer unknowns for each mode the whole matrices are solved at once.
+_LEAST_SIZE = 6
+_BLOCK = 8
+#: Vectors that Lanczos's method needs for each mode, and from how many on it looks at what has
+#: converged.
+_LANCZOS_VECTORS, _FIRST_LOOK = 2.8, 2.2
+#: Residual of an eigenvector over its eigenvalue.
+_CONVERGED = 1e-13
 
 
 def lowest_modes(
@@ -171,23 +179,80 @@ def lowest_modes(
         shift_hz: A frequency of the order of the lowest elastic mode. By rounding, a mode without
             stiffness comes out within some 1e-3 of it, or at 0.
     """
-    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+    from scipy.linalg import eigh
+    from scipy.sparse.linalg import splu
 
-    shift = (2 * np.pi * shift_hz) ** 2
-    # Positive definite: no pivoting, and an ordering that keeps the symmetry, solve some times
-    # faster.
-    factors = splu(
-        (stiffness + shift * mass).tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    inverse = LinearOperator(stiffness.shape, matvec=factors.solve, dtype=np.float64)
+    size = stiffness.shape[0]
+    if size < _LEAST_SIZE * count:
+        squares, shapes = eigh(stiffness.toarray(), mass.toarray(), subset_by_index=[0, count - 1])
+    else:
+        shift = (2 * np.pi * shift_hz) ** 2
+        # Positive definite: no pivoting, and an ordering that keeps the symmetry, solve some times
+        # faster.
+        factors = splu(
+            (stiffness + shift * mass).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        inverses, shapes = _largest_pairs(factors.solve, mass.tocsr(), count)
+        squares = 1 / inverses - shift
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi), shapes
+
+
+def _largest_pairs(
+    solve: Callable[[Floats], Floats], mass: csr_array[np.float64], count: int
+) -> tuple[Floats, Floats]:
+    """The `count` largest eigenvalues, falling, of what `solve` does to the mass times a vector,
+    and its vectors (size, count), by Lanczos's method in blocks (Golub and Underwood, 1977): the
+    vectors of a block share what is read of factors and earlier blocks."""
+    from scipy.linalg import eigh
+
     # A fixed start keeps the modes the same from call to call, and from process to process.
-    start = np.sin(1.0 + np.arange(stiffness.shape[0]))
-    squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    return np.sqrt(np.maximum(squares[order], 0.0)) / (2 * np.pi), np.asarray(shapes[:, order])
+    start = np.random.default_rng(0).standard_normal((mass.shape[0], _BLOCK))
+    block, weighted, _ = _orthonormal(start, mass)
+    space = np.empty((mass.shape[0], int(_LANCZOS_VECTORS * count) + 4 * _BLOCK), order="F")
+    projected = np.zeros((space.shape[1], space.shape[1]))
+    coupling, before = np.zeros((_BLOCK, _BLOCK)), np.zeros_like(block)
+    used, look = 0, int(_FIRST_LOOK * count)
+    while True:
+        if used + _BLOCK > space.shape[1]:
+            space = np.concatenate([space, np.empty_like(space)], axis=1)
+            projected = np.pad(projected, (0, projected.shape[0]))
+        own = slice(used, used + _BLOCK)
+        space[:, own] = block
+        used += _BLOCK
+        following = solve(weighted) - before @ coupling.T
+        projected[own, own] = weighted.T @ following
+        following -= block @ projected[own, own]
+        # Rounding brings back what is in the space already, the stiffest modes first.
+        within = space[:, :used].T @ np.asarray(mass @ following)
+        following -= space[:, :used] @ within
+        before = block
+        block, weighted, coupling = _orthonormal(following, mass)
+        if used >= look:
+            values, vectors = eigh(
+                projected[:used, :used], subset_by_index=[used - count, used - 1]
+            )
+            residuals = np.linalg.norm(coupling @ vectors[-_BLOCK:], axis=0)
+            if np.all(residuals < _CONVERGED * values):
+                return values[::-1], space[:, :used] @ vectors[:, ::-1]
+            look = used + 4 * _BLOCK
+        if used + _BLOCK <= projected.shape[0]:
+            projected[used : used + _BLOCK, own] = coupling
+
+
+def _orthonormal(block: Floats, mass: csr_array[np.float64]) -> tuple[Floats, Floats, Floats]:
+    """An orthonormal base, in the mass's product, of a block (size, b); the mass times it; and the
+    block in that base (b, b). By Cholesky's factor, twice, since once leaves rounding."""
+    from scipy.linalg import solve_triangular
+
+    within = np.eye(block.shape[1])
+    for _ in range(2):
+        factor = np.linalg.cholesky(block.T @ np.asarray(mass @ block))
+        block = solve_triangular(factor, block.T, lower=True).T
+        within = factor.T @ within
+    return block, np.asarray(mass @ block), within
 
 
 def modes_below(

@@ -18,12 +18,27 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from ...array_types import Complexes, Floats
 from .modes import PlateModes
 
-_LONGEST_BLOCK = 1024
-_MOST_DECAY = 5.0
+#: Steps of a force whose states are held at a time.
+_BLOCK = 1024
+
+
+@njit(cache=True)
+def _step(
+    decay: Complexes, level: Complexes, slope: Complexes, samples: Floats, states: Complexes
+) -> None:
+    """Each state (m, n) from the one before, by what a step keeps of it, and what the level and the
+    growth of the force (n,) add."""
+    for mode in range(decay.size):
+        state = states[mode, 0]
+        for i in range(1, samples.size):
+            growth = samples[i] - samples[i - 1]
+            state = decay[mode] * state + level[mode] * samples[i - 1] + slope[mode] * growth
+            states[mode, i] = state
 
 
 @dataclass(frozen=True)
@@ -49,35 +64,21 @@ class Oscillators:
         poles = -zeta * omega + 1j * damped
         return cls(poles, weights[:, elastic] * poles**2 / damped)
 
-    def block(self, step_s: float) -> int:
-        """Steps over which no mode decays by more than exp(-5), so that `stepped` may divide by the
-        decay.
-
-        Parameters:
-            step_s: The time between two samples of the force.
-        """
-        fastest = float(-self.poles.real.min(initial=0.0)) * step_s
-        return (
-            _LONGEST_BLOCK
-            if fastest * _LONGEST_BLOCK <= _MOST_DECAY
-            else max(1, int(_MOST_DECAY / fastest))
-        )
-
     def stepped(self, step_s: float, state: Complexes, samples: Floats) -> Complexes:
         """States `(m, samples)` at the samples of a force.
 
         Parameters:
             step_s: The time between two samples of the force.
             state: The states at the first sample, of shape `(m,)`.
-            samples: The force in N, of shape `(samples,)`; at most as many steps as `block` says.
+            samples: The force in N, of shape `(samples,)`.
         """
         unit, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
-        from_level = self.after(step_s * unit, none, unit, 0 * unit)
-        from_slope = self.after(step_s * unit, none, 0 * unit, unit / step_s)
-        decay = np.exp(np.outer(self.poles, step_s * np.arange(samples.size - 1)))
-        added = from_level * samples[:-1] + from_slope * np.diff(samples)
-        gathered = np.cumsum(added / decay, axis=1) + (np.exp(self.poles * step_s) * state)[:, None]
-        return np.concatenate([state[:, None], decay * gathered], axis=1)
+        from_level = self.after(step_s * unit, none, unit, 0 * unit)[:, 0]
+        from_slope = self.after(step_s * unit, none, 0 * unit, unit / step_s)[:, 0]
+        states = np.empty((self.poles.size, samples.size), dtype=np.complex128)
+        states[:, 0] = state
+        _step(np.exp(self.poles * step_s), from_level, from_slope, samples, states)
+        return states
 
     def after(self, since_s: Floats, states: Complexes, level: Floats, slope: Floats) -> Complexes:
         """States `(m, n)` some times after other states, under a force that grows evenly.
@@ -232,17 +233,23 @@ class _Force:
 def _during(oscillators: Oscillators, force: _Force, time_s: Floats, out: Floats) -> Complexes:
     """Write what the states give at `time_s`, within the force, into `out` (sensors, n); the states
     at its end."""
-    step, block = force.step_s, oscillators.block(force.step_s)
+    step = force.step_s
     state = np.zeros(oscillators.poles.size, dtype=np.complex128)
-    index = np.minimum(((time_s - force.start_s) / step).astype(np.intp), force.n.size - 2)
-    for begin in range(0, force.n.size - 1, block):
-        samples = force.n[begin : begin + block + 1]
+    steps = (time_s - force.start_s) / step
+    index = np.minimum(steps.astype(np.intp), force.n.size - 2)
+    nearest = np.rint(steps).astype(np.intp)
+    on_samples = bool(np.all(np.abs(steps - nearest) < _UNIFORM))
+    for begin in range(0, force.n.size - 1, _BLOCK):
+        samples = force.n[begin : begin + _BLOCK + 1]
         states = oscillators.stepped(step, state, samples)
         inside = slice(*np.searchsorted(index, [begin, begin + samples.size - 1]))
-        local = index[inside] - begin
-        since = time_s[inside] - force.start_s - index[inside] * step
-        slopes = np.diff(samples)[local] / step
-        between = oscillators.after(since, states[:, local], samples[local], slopes)
+        if on_samples:
+            between = states[:, nearest[inside] - begin]
+        else:
+            local = index[inside] - begin
+            since = time_s[inside] - force.start_s - index[inside] * step
+            slopes = np.diff(samples)[local] / step
+            between = oscillators.after(since, states[:, local], samples[local], slopes)
         out[:, inside] = (oscillators.readings @ between).imag
         state = states[:, -1]
     return state

@@ -33,7 +33,7 @@ from numba import njit
 
 from ...array_types import Floats
 from ..impact.build import Impactor, ImpactTarget
-from ..impact.integrate import CREEPING
+from ..impact.kernel import CREEPING
 from .contact_calibration import (
     CROWN_M,
     EDGE_GAIN,

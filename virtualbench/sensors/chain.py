@@ -33,7 +33,8 @@ def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:
             f"sensor {sensor.name!r}: sample {int(np.argmax(np.isnan(values)))} is NaN"
         )
     top = 2.0 ** (sensor.bits - 1)
-    return np.clip(np.rint(values), -top, top - 1).astype(np.int32)
+    np.rint(values, out=values)
+    return np.clip(values, -top, top - 1, out=values).astype(np.int32)
 
 
 def converted(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.float32]:
@@ -172,11 +173,11 @@ def digitised(
     values = np.asarray(band_limited_si, dtype=np.float64) * gain(sensor, effects, day_fraction)
     share = effects["sensor.zero_shift"] * sensor.zero_shift_fault
     if sensor.quantity == "acceleration" and share:
-        values = values + zero_shift(values, 1 / sampling_rate_hz, share, sensor.zero_shift_decay_s)
-    values = values + offset_si(sensor, effects, day_fraction)
+        values += zero_shift(values, 1 / sampling_rate_hz, share, sensor.zero_shift_decay_s)
+    values += offset_si(sensor, effects, day_fraction)
     noise = effects["bench.noise"] * sensor.noise * sensor.si_per_unit
     if noise:
-        values = values + noise * rng.standard_normal(values.size)
+        values += noise * rng.standard_normal(values.size)
     return converted(written(values, sensor), sensor)
 
 

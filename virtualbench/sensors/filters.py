@@ -12,9 +12,10 @@ Errors of gain and zero: of the calibration, after a shock, and over the day.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ...array_types import Floats
@@ -58,14 +59,22 @@ def decimated(values: Floats, ratio: int) -> Floats:
     """
     if ratio == 1:
         return values
-    from scipy.signal import upfirdn
-
     taps = anti_alias_taps(ratio)
-    reach = taps.size // 2
-    padded = np.pad(values, reach, mode="edge")
-    kept = -(-values.size // ratio)
-    first = 2 * (reach // ratio)
-    return np.asarray(upfirdn(taps, padded, down=ratio)[first : first + kept], dtype=np.float64)
+    padded = np.pad(values, taps.size // 2, mode="edge")
+    return _every(ratio, np.ascontiguousarray(padded, dtype=np.float64), taps)
+
+
+@njit(cache=True, fastmath={"reassoc"})  # the sum in the order that the processor likes
+def _every(ratio: int, padded: Floats, taps: Floats) -> Floats:
+    """Every `ratio`-th sum of the symmetric `taps` (k,) over `padded` (n + k - 1,)."""
+    out = np.empty((padded.size - taps.size) // ratio + 1)
+    for i in range(out.size):
+        window = padded[i * ratio : i * ratio + taps.size]
+        total = 0.0
+        for j in range(taps.size):
+            total += taps[j] * window[j]
+        out[i] = total
+    return out
 
 
 def low_passed(values: Floats, period_s: float, corner_hz: float) -> Floats:
@@ -78,11 +87,21 @@ def low_passed(values: Floats, period_s: float, corner_hz: float) -> Floats:
     """
     if corner_hz * period_s > 0.45:
         return values
-    from scipy.signal import butter, sosfilt, sosfilt_zi
+    from scipy.signal import sosfilt
 
-    sections = butter(POLES, 2 * corner_hz * period_s, output="sos")
-    filtered, _ = sosfilt(sections, values, zi=sosfilt_zi(sections) * values[0])
+    sections, at_rest = _low_pass_sections(corner_hz * period_s)
+    filtered, _ = sosfilt(sections, values, zi=at_rest * values[0])
     return np.asarray(filtered, dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def _low_pass_sections(corner: float) -> tuple[Floats, Floats]:
+    """The sections (n, 6) of `low_passed` for a corner over the grid's rate, and their state (n, 2)
+    under a constant 1."""
+    from scipy.signal import butter, sosfilt_zi
+
+    sections = butter(POLES, 2 * corner, output="sos")
+    return sections, sosfilt_zi(sections)
 
 
 def low_pass_decay_1_s(corner_hz: float) -> float:
@@ -122,15 +141,26 @@ def mounted(acceleration: Floats, period_s: float, resonance_hz: float, damping:
     """
     if resonance_hz * period_s > 0.4:
         return acceleration
-    from scipy.signal import cont2discrete, lfilter, lfilter_zi
+    from scipy.signal import lfilter
+
+    b, a, at_rest = _mounting(period_s, resonance_hz, damping)
+    felt, _ = lfilter(b, a, acceleration, zi=at_rest * acceleration[0])
+    return np.asarray(felt, dtype=np.float64)
+
+
+@lru_cache(maxsize=64)
+def _mounting(
+    period_s: float, resonance_hz: float, damping: float
+) -> tuple[Floats, Floats, Floats]:
+    """Numerator and denominator of `mounted`, and its state under a constant 1."""
+    from scipy.signal import cont2discrete, lfilter_zi
 
     omega = 2 * np.pi * resonance_hz
     top = np.array([2 * damping * omega, omega**2])
     bottom = np.array([1.0, 2 * damping * omega, omega**2])
     b, a, _ = cont2discrete((top, bottom), period_s, method="foh")
     b = np.atleast_1d(np.squeeze(b))
-    felt, _ = lfilter(b, a, acceleration, zi=lfilter_zi(b, a) * acceleration[0])
-    return np.asarray(felt, dtype=np.float64)
+    return b, a, lfilter_zi(b, a)
 
 
 _GAIN_EFFECT = {
@@ -167,8 +197,19 @@ def zero_shift(signal: Floats, period_s: float, share: float, decay_s: float) ->
     slowly (Chu, Shock and Vibration Bulletin 57, 1987): `share` of the largest load so far, each
     load forgotten as exp(-t / decay_s). A load below what is left of a larger one adds nothing.
     """
-    # the logarithm of a decaying peak hold is a running maximum of ln|x| + t / decay
-    time = np.arange(signal.size) * (period_s / decay_s)
-    with np.errstate(divide="ignore"):
-        load = np.log(np.abs(signal)) + time
-    return np.asarray(share * np.exp(np.maximum.accumulate(load) - time), dtype=np.float64)
+    return share * _held(
+        np.ascontiguousarray(signal), np.exp(-period_s / decay_s * np.arange(signal.size))
+    )
+
+
+@njit(cache=True)
+def _held(signal: Floats, forgotten: Floats) -> Floats:
+    """The largest load so far (n,), each load forgotten as `forgotten` (n,) says."""
+    out = np.empty(signal.size)
+    peak, at = 0.0, 0
+    for i in range(signal.size):
+        hold, load = peak * forgotten[i - at], abs(signal[i])
+        if load >= hold:
+            peak, at, hold = load, i, load
+        out[i] = hold
+    return out

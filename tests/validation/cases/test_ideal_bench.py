@@ -17,9 +17,7 @@ from pyroshock.virtualbench.gun.build import GunBuild, Projectile, setting_of
 from pyroshock.virtualbench.gun.fire import fire
 from pyroshock.virtualbench.gun.integrate import muzzle_velocity
 from pyroshock.virtualbench.gun.motion import Phase, V, X, derivative, initial_state
-from pyroshock.virtualbench.impact.build import contact_material, hammer, target
-from pyroshock.virtualbench.impact.integrate import assemble, solve
-from pyroshock.virtualbench.impact.kernel import contact_forces
+from pyroshock.virtualbench.impact.build import contact_material
 from scipy.signal import lsim
 
 #: What a difference between ideal bench and nominal simulator may be, in tolerances.
@@ -153,26 +151,3 @@ def test_a_shot_that_stays_in_the_barrel_has_no_velocity() -> None:
     assert (
         muzzle_velocity(stuck, Effects.none(), 1e4, Projectile(), np.random.default_rng(1)) == 0.0
     )
-
-
-@pytest.mark.parametrize("effects", [BENCHES[k] for k in (0, 1, 4, 5)])
-def test_compiled_impacts_are_those_of_the_chain(effects: Effects) -> None:
-    impactors = [hammer(tip, 0.03) for tip in ("aluminum", "steel", "delrin", "polyurethane")]
-    struck = [("none", "none"), ("steel", "polymeric"), ("aluminum", "none"), ("steel", "none")]
-    targets = [
-        target("aluminum", 0.01, anvil_material=anvil, insulator=layer) for anvil, layer in struck
-    ]
-    speeds = np.array([0.5, 1.0, 2.0, 3.0])
-    whole = solve(
-        assemble(impactors, targets, effects, np.random.default_rng(1)),
-        speeds,
-        steps_per_contact=100,
-    )
-    quick = contact_forces(
-        impactors, targets, effects, speeds, np.random.default_rng(1), steps_per_contact=100
-    )
-    for k, (step, force) in enumerate(quick):
-        assert (step, force.size) == (pytest.approx(whole.step_s[k], rel=1e-12), whole.ends[k])
-        np.testing.assert_allclose(
-            force, whole.contact_force_n[: force.size, k], rtol=1e-8, atol=1e-8
-        )

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pyroshock.virtualbench.campaigns import gun, hammer
 from pyroshock.virtualbench.campaigns.base import cells_of, day_fraction
 from pyroshock.virtualbench.campaigns.gun import ARRAY_SHARES, LASER, POSITIONS, SENSORS, TANK
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.sensors.chain import calibrated, written
+from pyroshock.virtualbench.gun.build import Projectile
+from pyroshock.virtualbench.gun.fire import Trigger, fire, shot_signals
+from pyroshock.virtualbench.sensors.chain import analog, calibrated, written
 from support.records.bench_shots import GUN_ROW, shot
 
 pytestmark = pytest.mark.usefixtures("coarse_plates")
@@ -65,6 +69,22 @@ def test_shorter_bullet_reads_too_fast_and_trigger_jitter_moves_the_recording():
         for taken in (still, moved)
     ]
     assert edges[1] - edges[0] == pytest.approx(shift, abs=2e-5)
+
+
+@pytest.mark.parametrize("pressure_pa", [2.5e4, 4e4, 6e5])
+def test_laser_of_passages_alone_is_that_of_the_whole_recording(pressure_pa):
+    """Also of one that passes twice."""
+    bullet = Projectile()
+    bench = gun.VirtualGunBench(Effects.default(), {})
+    fired = fire(bench.gun, bench.effects, pressure_pa, bullet, np.random.default_rng(1))
+    bench = replace(bench, trigger=Trigger(pre_trigger_s=0.4))
+    rate_hz = gun.RATE_HZ * gun.SLOW_RATIO
+    whole = shot_signals(fired, bullet, rate_hz, gun.DURATION_S, bench.trigger)["laser"]
+    time = np.arange(whole.size) / rate_hz
+    expected = analog(time, whole, LASER, gun.RATE_HZ, bench.effects)
+    assert np.ptp(expected) > 0.04
+    laser = bench._slow(fired, bullet, 0.0)["laser"]
+    np.testing.assert_allclose(laser, expected, rtol=0, atol=1e-14)
 
 
 def test_array_carries_the_whole_force_and_a_shot_that_stays_records_no_impact():

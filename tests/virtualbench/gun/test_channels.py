@@ -10,6 +10,7 @@ from pyroshock.ingest.extraction.velocity import muzzle_velocity
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import (
+    BEAM_WIDTH_M,
     LASER_REST_M,
     ShotTruth,
     Trigger,
@@ -20,6 +21,7 @@ from pyroshock.virtualbench.gun.fire import (
     trigger_time_s,
     velocity_at,
 )
+from scipy.special import ndtr
 
 RATE_HZ = 25_000.0
 BULLET = Projectile()
@@ -57,6 +59,19 @@ def test_velocity_pressure_and_edges_come_back(
         shot, BULLET, RATE_HZ, 0.9, Trigger(pre_trigger_s=0.2), trigger_offset_s=10 / RATE_HZ
     )
     assert late["laser"][:-10] == pytest.approx(signals["laser"][10:], abs=1e-9)
+
+
+@pytest.mark.parametrize("pressure_pa", [4e4, 6e5])
+def test_laser_is_that_of_a_beam_followed_at_every_moment(pressure_pa: float) -> None:
+    shot = fire(GunBuild(), Effects.default(), pressure_pa, BULLET, np.random.default_rng(1))
+    laser = shot_signals(shot, BULLET, 4e5, 0.9, Trigger(pre_trigger_s=0.2))["laser"]
+    moment = trigger_time_s(shot) - 0.2 + np.arange(laser.size) / 4e5
+    tail = position_at(shot.time_s, shot.position_m, shot.velocity_m_s, moment)
+    past = (tail - shot.laser_position_m) / (BEAM_WIDTH_M / 4)
+    blocked = ndtr(past + BULLET.length_m / (BEAM_WIDTH_M / 4)) - ndtr(past)
+    assert blocked.max() > 0.1
+    expected = LASER_REST_M - BULLET.diameter_m * blocked
+    np.testing.assert_allclose(laser, expected, rtol=0, atol=1e-17)
 
 
 def test_rebound_is_a_second_slower_passage() -> None:

@@ -32,6 +32,7 @@ from pyroshock.virtualbench.plate.modes import (
     modal_table,
     modes,
 )
+from scipy.linalg import eigh
 
 LIMIT_HZ = 1500.0
 NONE = Effects.none()
@@ -122,6 +123,23 @@ def test_modulus_raises_frequencies_as_stated_and_as_rayleigh_says() -> None:
     )
     assert np.ptp(expected) > 1e-4
     assert 2 * (stiffer[3:] / frequencies[3:] - 1) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("count", [12, 30, 120, 300])
+def test_lowest_modes_are_those_of_the_whole_matrices(count: int) -> None:
+    """A fixed square, which has modes in pairs, by LAPACK."""
+    plate = _plate()
+    mesh = Mesh.regular(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), 2, 2, 8, ())
+    stiffness, mass = assemble(mesh, plate.material, plate.thickness_m)
+    stiffness = stiffness + 1e4 * mass  # on a bed that holds it
+    frequencies, shapes = lowest_modes(stiffness, mass, count, shift_hz=30.0)
+    squares, vectors = eigh(stiffness.toarray(), mass.toarray(), subset_by_index=[0, count + 4])
+    expected = np.sqrt(squares[:count]) / (2 * np.pi)
+    np.testing.assert_allclose(frequencies, expected, rtol=1e-6)
+    np.testing.assert_allclose(frequencies[10:], expected[10:], rtol=1e-9)
+    np.testing.assert_allclose(shapes.T @ (mass @ shapes), np.eye(count), atol=1e-10)
+    # Of a pair any combination is a mode.
+    np.testing.assert_allclose(vectors @ (vectors.T @ (mass @ shapes)), shapes, atol=1e-7)
 
 
 def test_sensors_lower_frequencies_and_small_ones_as_rayleigh_says() -> None:

@@ -17,7 +17,9 @@ from pyroshock.virtualbench.sensors.filters import (
     low_pass_decay_1_s,
     low_passed,
     mounted,
+    zero_shift,
 )
+from scipy.signal import upfirdn
 
 FS_HZ = 51_200.0
 
@@ -50,6 +52,23 @@ def test_tone_in_the_band_comes_through_in_time_and_one_above_leaves_no_alias():
     for frequency_hz in (26e3, 40e3, 51.3e3, 120e3, 500e3):
         assert np.abs(decimated(tone(frequency_hz, ratio * FS_HZ), ratio)[inside]).max() < 2e-5
     assert decimated(np.full(500, 5e5), 10) == pytest.approx(np.full(50, 5e5), rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [2, 4, 7, 20])
+def test_decimation_is_scipys_filter_with_the_ends_held(ratio):
+    values = np.random.default_rng(0).standard_normal(997)
+    taps = anti_alias_taps(ratio)
+    padded = np.pad(values, taps.size // 2, mode="edge")
+    expected = upfirdn(taps, padded)[taps.size - 1 :][: values.size : ratio]
+    np.testing.assert_allclose(decimated(values, ratio), expected, rtol=0, atol=1e-14)
+
+
+def test_offset_after_a_shock_is_of_the_largest_load_that_is_left():
+    values = np.random.default_rng(0).standard_normal(300)
+    late = np.subtract.outer(np.arange(300), np.arange(300)) / FS_HZ
+    left = np.where(late >= 0, np.abs(values) * np.exp(-np.maximum(late, 0) / 1e-3), 0)
+    expected = 0.02 * left.max(axis=1)
+    np.testing.assert_allclose(zero_shift(values, 1 / FS_HZ, 0.02, 1e-3), expected, rtol=1e-12)
 
 
 def test_low_pass_has_its_corner_begins_at_rest_and_dies_out():
