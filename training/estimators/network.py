@@ -182,7 +182,7 @@ def train_network(
     options: dict[str, Any] = {
         "maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 10, "ftol": 0.0, "gtol": 1e-7,
     }  # fmt: skip
-    result = minimize(
+    result = minimize(  # type: ignore[call-overload]
         objective, start, jac=True, method="L-BFGS-B", callback=record, options=options
     )
     if count % ITERATIONS_PER_ENTRY:
