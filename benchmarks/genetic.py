@@ -22,8 +22,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.parallel.task import one_thread
 from pyroshock.training.estimators.base import Standard
-from pyroshock.training.estimators.network import one_thread, outputs_of, train_network
+from pyroshock.training.estimators.network import outputs_of, train_network
 from pyroshock.training.tuning.folds import grouped_folds
 
 from .harness import Figure, beside, multiplying, report, take_turns

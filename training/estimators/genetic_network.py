@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ...parallel.executor import HERE, ExecutorConfig
+from ...parallel.task import one_thread
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import (
     CREEP,
@@ -27,7 +28,7 @@ from ..tuning.genetic import (
 )
 from ..tuning.trials import SettingsSearch, Trial
 from .base import Arrays, Estimator, FitReport, Gaussian, SettingValue, Standard, require_fitted
-from .network import OPTIMISER, Network, one_thread, outputs_of, train_network
+from .network import OPTIMISER, Network, outputs_of, train_network
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their
 #: logarithm.

@@ -1,27 +1,25 @@
 """Networks of rectified linear units, the five sizes of the thesis's Table 4.5 and any other.
 
-Networks of rectified linear units: modules of PyTorch while they are trained, arrays once they
-predict.
-
 Training minimises half the mean squared error over rows and outputs plus `penalty` / 2 times the
-sum of the squared weights, as MATLAB's `fitrnet` does up to its factors; biases are free. Single
-precision: a network's own error is a thousand times its rounding, and half the bytes are half the
-seconds. Each network has an L-BFGS of its own: one problem of all folds, stacked by `torch.func`
-under one L-BFGS or under Adam, is less accurate in the same time (docs/decisions/0022).
+sum of the squared weights, as MATLAB's `fitrnet` does up to its factors; biases are free. The
+gradient is computed in single precision: a network's own error is a thousand times its rounding,
+and half the bytes are half the seconds. Each network has an L-BFGS of its own: one problem of all
+folds under one L-BFGS is less accurate in the same time (docs/decisions/0022). SciPy's steps and a
+gradient in NumPy take a fifth to a half of the time of PyTorch's (docs/decisions/0028).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
+from ...parallel.task import one_thread
 from .base import (
     STANDARDS,
     FitReport,
@@ -34,19 +32,13 @@ from .base import (
     standard_of,
 )
 
-if TYPE_CHECKING:
-    from torch import Tensor
-    from torch.nn import Sequential
-
-
 #: Weights (inputs x outputs) and biases (1 x outputs).
 Layer = tuple[Floats, Floats]
 #: Predictors, neurons of each hidden layer, outputs.
 Sizes = tuple[int, ...]
 
-OPTIMISER = "torch.optim.LBFGS, strong Wolfe line search"
-#: Between two entries of the loss history. The optimiser evaluates the loss once more at the
-#: beginning of each.
+OPTIMISER = "scipy.optimize.minimize, L-BFGS-B"
+#: Between two entries of the loss history.
 ITERATIONS_PER_ENTRY = 20
 #: Training ends once an entry gains less than this share of the loss.
 LEAST_GAIN = 1e-4
@@ -63,106 +55,143 @@ class TrainedNetwork:
 
 
 def outputs_of(layers: Sequence[Layer], z: Floats) -> Floats:
-    """Outputs (n x m) of a network at standardised inputs (n x d), by numpy: PyTorch takes 2 s to
-    import."""
+    """Outputs (n x m) of a network at standardised inputs (n x d)."""
     for weights, biases in layers[:-1]:
         z = np.maximum(z @ weights + biases, 0.0)
     weights, biases = layers[-1]
     return z @ weights + biases
 
 
-def glorot_module(sizes: Sizes, rng: np.random.Generator) -> Sequential:
-    """Weights of Glorot and Bengio (AISTATS 2010), biases within the same limits; from `rng` alone.
+def glorot_layers(sizes: Sizes, rng: np.random.Generator) -> list[Layer]:
+    """Weights of Glorot and Bengio (AISTATS 2010), biases within the same limits.
 
     With biases of 0 one network of ten with three layers of ten neurons came to three times the
     error of the others.
     """
-    import torch
-
-    modules: list[torch.nn.Module] = []
+    layers = list[Layer]()
     for inputs, outputs in pairwise(sizes):
         limit = np.sqrt(6 / (inputs + outputs))
-        linear = torch.nn.utils.skip_init(torch.nn.Linear, inputs, outputs)
-        with torch.no_grad():
-            linear.weight.copy_(torch.tensor(rng.uniform(-limit, limit, (inputs, outputs)).T))
-            linear.bias.copy_(torch.tensor(rng.uniform(-limit, limit, outputs)))
-        modules += [linear, torch.nn.ReLU()]
-    return torch.nn.Sequential(*modules[:-1])
+        weights = rng.uniform(-limit, limit, (inputs, outputs))
+        layers.append((weights, rng.uniform(-limit, limit, (1, outputs))))
+    return layers
 
 
-def objective(module: Sequential, x: Tensor, y: Tensor, penalty: float) -> Tensor:
-    """Half the mean squared error, and the penalty of the weights."""
-    import torch
+def as_vector(layers: Sequence[Layer]) -> Floats:
+    """All weights and biases in one array, layer by layer."""
+    return np.concatenate([array.ravel() for layer in layers for array in layer])
 
-    loss = 0.5 * torch.nn.functional.mse_loss(module(x), y)
-    if penalty:
-        loss = loss + 0.5 * penalty * sum(
-            w.square().sum() for w in module.parameters() if w.ndim == 2
-        )
-    return loss
+
+def layers_in(vector: NDArray[Any], sizes: Sizes) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Views of the weights and biases of `as_vector`."""
+    layers, begin = [], 0
+    for inputs, outputs in pairwise(sizes):
+        end = begin + inputs * outputs
+        weights = vector[begin:end].reshape(inputs, outputs)
+        layers.append((weights, vector[end : end + outputs].reshape(1, outputs)))
+        begin = end + outputs
+    return layers
+
+
+class Objective:
+    """Half the mean squared error of standardised rows (n x d, n x m), and the penalty of the
+    weights, with the gradient by backpropagation.
+
+    The arrays of all layers are allocated once: an evaluation of a small network takes as long as
+    its calls of NumPy.
+    """
+
+    def __init__(self, x: Floats, y: Floats, sizes: Sizes, penalty: float) -> None:
+        self._y = np.ascontiguousarray(y, dtype=np.float32)
+        self._penalty = penalty
+        length = sum((inputs + 1) * outputs for inputs, outputs in pairwise(sizes))
+        self._vector = np.empty(length, dtype=np.float32)
+        self._slopes = np.empty(length, dtype=np.float32)
+        self._layers = layers_in(self._vector, sizes)
+        self._layer_slopes = layers_in(self._slopes, sizes)
+        self._ones = np.ones((1, len(x)), dtype=np.float32)
+        # What each layer receives, and at last the outputs.
+        self._received = [np.ascontiguousarray(x, dtype=np.float32)] + [
+            np.empty((len(x), size), dtype=np.float32) for size in sizes[1:]
+        ]
+        self._errors = [np.empty_like(values) for values in self._received[:-1]]
+        self._active = [np.empty(values.shape, dtype=bool) for values in self._received[:-1]]
+
+    def __call__(self, vector: Floats) -> tuple[float, Floats]:
+        """The value at weights and biases as of `as_vector`, and its gradient."""
+        self._vector[:] = vector
+        self._forward()
+        error = self._received[-1]
+        error -= self._y
+        value = 0.5 * float(np.vdot(error, error)) / error.size
+        error /= np.float32(error.size)
+        self._backward(error)
+        if self._penalty:
+            value += self._add_penalty()
+        return value, self._slopes.astype(np.float64)
+
+    def _forward(self) -> None:
+        for number, (weights, biases) in enumerate(self._layers, start=1):
+            values = np.matmul(self._received[number - 1], weights, out=self._received[number])
+            values += biases
+            if number < len(self._layers):
+                np.maximum(values, 0.0, out=values)
+
+    def _backward(self, error: NDArray[np.float32]) -> None:
+        """From the slope of the value by the outputs to those by all weights and biases."""
+        for number in reversed(range(len(self._layers))):
+            received = self._received[number]
+            by_weights, by_biases = self._layer_slopes[number]
+            np.matmul(received.T, error, out=by_weights)
+            np.matmul(self._ones, error, out=by_biases)
+            if number:
+                error = np.matmul(error, self._layers[number][0].T, out=self._errors[number])
+                error *= np.greater(received, 0.0, out=self._active[number])
+
+    def _add_penalty(self) -> float:
+        """Its value; its gradient is added to that of the error."""
+        value = 0.0
+        for (weights, _), (by_weights, _) in zip(self._layers, self._layer_slopes, strict=True):
+            by_weights += np.float32(self._penalty) * weights
+            value += 0.5 * self._penalty * float(np.vdot(weights, weights))
+        return value
 
 
 def train_network(
     x: Floats, y: Floats, sizes: Sizes, penalty: float, iterations: int, rng: np.random.Generator
 ) -> TrainedNetwork:
-    """A network that has learned standardised rows (n x d, n x m). One thread: the same numbers on
-    any machine load."""
-    import torch
+    """A network that has learned standardised rows (n x d, n x m).
 
-    with one_thread():
-        module = glorot_module(sizes, rng)
-        inputs, targets = (torch.tensor(rows, dtype=torch.float32) for rows in (x, y))
-        parameters = list(module.parameters())
-        optimiser = torch.optim.LBFGS(parameters, history_size=10, line_search_fn="strong_wolfe")
+    The sums are the same on any machine load where the caller keeps NumPy to one thread, as
+    `parallel.task.one_thread` does.
+    """
+    from scipy.optimize import OptimizeResult, minimize
 
-        def closure() -> Tensor:
-            loss = objective(module, inputs, targets, penalty)
-            for parameter, slope in zip(
-                parameters, torch.autograd.grad(loss, parameters), strict=True
-            ):
-                parameter.grad = slope
-            return loss.detach()
+    objective, start = Objective(x, y, sizes, penalty), as_vector(glorot_layers(sizes, rng))
+    losses, count = [objective(start)[0]], 0
 
-        losses, before = list[float](), 0
-        group = optimiser.param_groups[0]
-        while before < iterations:
-            group["max_iter"] = min(ITERATIONS_PER_ENTRY, iterations - before)
-            group["max_eval"] = 2 * group["max_iter"]
-            losses.append(float(optimiser.step(closure)))
-            after = int(optimiser.state[parameters[0]]["n_iter"])
-            stopped = len(losses) > 1 and losses[-2] - losses[-1] < LEAST_GAIN * losses[-1]
-            before, unchanged = after, after == before
-            if stopped or unchanged:
-                break
-        with torch.no_grad():
-            losses.append(float(objective(module, inputs, targets, penalty)))
-        return TrainedNetwork(_layers(module), tuple(losses), before)
+    def record(intermediate_result: OptimizeResult) -> None:
+        nonlocal count
+        count += 1
+        if count % ITERATIONS_PER_ENTRY == 0:
+            losses.append(float(intermediate_result.fun))
+            if losses[-2] - losses[-1] < LEAST_GAIN * losses[-1]:
+                raise StopIteration
 
-
-def _layers(module: Sequential) -> list[Layer]:
-    arrays = [parameter.detach().double().numpy() for parameter in module.parameters()]
-    return [
-        (weights.T.copy(), biases[None, :])
-        for weights, biases in zip(arrays[::2], arrays[1::2], strict=True)
-    ]
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """PyTorch on one thread, and then as before."""
-    import torch
-
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
+    if not iterations:
+        return TrainedNetwork(layers_in(start, sizes), (losses[0], losses[0]), 0)
+    options: dict[str, Any] = {
+        "maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 10, "ftol": 0.0, "gtol": 1e-7,
+    }  # fmt: skip
+    result = minimize(  # type: ignore[call-overload]
+        objective, start, jac=True, method="L-BFGS-B", callback=record, options=options
+    )
+    if count % ITERATIONS_PER_ENTRY:
+        losses.append(float(result.fun))
+    return TrainedNetwork(layers_in(result.x, sizes), tuple(losses), count)
 
 
 class Network(LearnedArrays):
-    """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows (see
-    `perceptron`).
+    """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows.
 
     At most `iterations` of L-BFGS over all rows, as MATLAB's `fitrnet`. No spread: the errors on
     the rows it learned from flatter it, and nothing else in it tells how far it is off.
@@ -200,9 +229,10 @@ class Network(LearnedArrays):
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         sizes = (x.shape[1], *self.layers, y.shape[1])
         inputs, outputs = Standard.of(x), Standard.of(y)
-        network = train_network(
-            inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng
-        )
+        with one_thread():
+            network = train_network(
+                inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng
+            )
         self.losses_, self.iterations_ = network.losses, network.iterations
         arrays = standard_arrays(inputs, outputs)
         for number, (weights, biases) in enumerate(network.layers, start=1):

@@ -54,7 +54,8 @@ def factorise(k: Floats, tolerance: float) -> KernelFactor:
     """
     from scipy.linalg.lapack import dpstrf
 
-    lower, order, rank, _ = dpstrf(k, tol=tolerance, lower=1)
+    # The transpose of a symmetric matrix: LAPACK's order of the same numbers, copied in one sweep.
+    lower, order, rank, _ = dpstrf(k.T, tol=tolerance, lower=1)
     pivots = order.astype(np.intp) - 1
     top = np.tril(lower[:rank, :rank])
     g = np.empty((len(k), rank))

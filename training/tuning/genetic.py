@@ -210,7 +210,8 @@ _Timed = tuple[float, float]
 def _evaluated(
     missing: Sequence[Genes], evaluate: Evaluate, workers: int, executor: ExecutorConfig
 ) -> Iterable[tuple[Genes, _Timed]]:
-    """Values as they come, each with its seconds. Here by threads: PyTorch leaves Python's lock."""
+    """Values as they come, each with its seconds. Here by threads: products of matrices leave
+    Python's lock."""
     if workers == 1 or not executor.is_here:
         return run_all_tasks(executor, _value, missing, shared=(evaluate,))
     return _by_threads(missing, evaluate, workers)

@@ -12,10 +12,10 @@ import pytest
 import torch
 from pyroshock.training.estimators.network import (
     Network,
-    _layers,
-    glorot_module,
-    objective,
-    one_thread,
+    Objective,
+    as_vector,
+    glorot_layers,
+    layers_in,
     outputs_of,
     train_network,
 )
@@ -38,31 +38,43 @@ def standard_rows(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (x - x.mean(0)) / x.std(0), (y - y.mean(0)) / y.std(0)
 
 
+@pytest.mark.parametrize("penalty", [0.0, 0.1])
+def test_value_and_gradient_are_those_of_pytorch(penalty: float) -> None:
+    layers = glorot_layers(SIZES, np.random.default_rng(1))
+    x, y = rows(30)
+    leaves = [torch.tensor(array, requires_grad=True) for layer in layers for array in layer]
+    error = torch.tensor(x)
+    for number in range(0, len(leaves), 2):
+        error = error @ leaves[number] + leaves[number + 1]
+        error = torch.relu(error) if number < len(leaves) - 2 else error - torch.tensor(y)
+    expected = 0.5 * (error**2).mean() + 0.5 * penalty * sum((w**2).sum() for w in leaves[::2])
+    expected.backward()
+    value, gradient = Objective(x, y, SIZES, penalty)(as_vector(layers))
+    assert value == pytest.approx(expected.item(), rel=1e-6)
+    slopes = np.concatenate([leaf.grad.numpy().ravel() for leaf in leaves])
+    np.testing.assert_allclose(gradient, slopes, rtol=1e-5, atol=1e-7)
+
+
 def test_objective_is_half_the_mean_square_and_the_weights() -> None:
-    module = glorot_module((4, 2, 3), np.random.default_rng(1))
-    x, y = (torch.tensor(part, dtype=torch.float32) for part in rows(30))
-    (w1, b1), (w2, b2) = ((linear.weight, linear.bias) for linear in (module[0], module[2]))
-    error = torch.relu(x @ w1.T + b1) @ w2.T + b2 - y
+    layers = glorot_layers((4, 2, 3), np.random.default_rng(1))
+    x, y = rows(30)
+    (w1, b1), (w2, b2) = layers
+    error = np.maximum(x @ w1 + b1, 0) @ w2 + b2 - y
     expected = 0.5 * (error**2).mean() + 0.05 * ((w1**2).sum() + (w2**2).sum())
-    torch.testing.assert_close(objective(module, x, y, 0.1), expected)
-    module = glorot_module(SIZES, np.random.default_rng(3)).double()
-    z = rows(9)[0]
-    expected = module(torch.tensor(z)).detach().numpy()
-    np.testing.assert_allclose(outputs_of(_layers(module), z), expected, rtol=1e-12, atol=1e-12)
+    value, _ = Objective(x, y, (4, 2, 3), 0.1)(as_vector(layers))
+    assert value == pytest.approx(expected, rel=1e-6)
+    np.testing.assert_allclose(outputs_of(layers, x), error + y, rtol=1e-12, atol=1e-12)
 
 
-def test_start_is_glorots_and_needs_no_seed_of_pytorch() -> None:
-    (weights, biases), _ = _layers(glorot_module((50, 70, 2), np.random.default_rng(0)))
+def test_start_is_glorots() -> None:
+    (weights, biases), _ = glorot_layers((50, 70, 2), np.random.default_rng(0))
     assert np.abs(weights).max() == pytest.approx(np.sqrt(6 / 120), rel=1e-2)
     assert weights.std() == pytest.approx(np.sqrt(2 / 120), rel=0.03)
     assert 0.9 * np.sqrt(6 / 120) < np.abs(biases).max() < np.sqrt(6 / 120)
-    torch.manual_seed(1)
-    state = torch.get_rng_state()
-    first = _layers(glorot_module(SIZES, np.random.default_rng(3)))
-    assert torch.equal(torch.get_rng_state(), state)
-    torch.manual_seed(2)
-    second = _layers(glorot_module(SIZES, np.random.default_rng(3)))
-    np.testing.assert_array_equal(first[0][0], second[0][0])
+    layers = layers_in(as_vector(glorot_layers(SIZES, np.random.default_rng(3))), SIZES)
+    for layer, expected in zip(layers, glorot_layers(SIZES, np.random.default_rng(3)), strict=True):
+        np.testing.assert_array_equal(layer[0], expected[0])
+        np.testing.assert_array_equal(layer[1], expected[1])
 
 
 def test_loss_is_recorded_and_falls_until_nothing_is_gained() -> None:
@@ -76,7 +88,7 @@ def test_loss_is_recorded_and_falls_until_nothing_is_gained() -> None:
     assert network.iterations < 30
     network = train_network(*standard_rows(20), SIZES, 0.0, 0, np.random.default_rng(5))
     np.testing.assert_array_equal(
-        network.layers[0][0], _layers(glorot_module(SIZES, np.random.default_rng(5)))[0][0]
+        network.layers[0][0], glorot_layers(SIZES, np.random.default_rng(5))[0][0]
     )
 
 
@@ -139,8 +151,8 @@ def test_fits_as_well_as_mlp_regressor() -> None:
     assert np.median(ours) < 1.1 * np.median(theirs)
 
 
-def test_predicts_without_pytorch() -> None:
-    """Neither importing nor asking a restored network loads it."""
+def test_learns_and_predicts_without_pytorch() -> None:
+    """Neither importing nor training nor asking a restored network loads it."""
     script = (
         "import sys, numpy as np; from pyroshock.training.estimators.network import Network\n"
         "arrays = dict(x_mean=np.zeros(1), x_width=np.ones(1), y_mean=np.zeros(1), "
@@ -148,6 +160,8 @@ def test_predicts_without_pytorch() -> None:
         "weights_2=np.ones((1, 1)), biases_2=np.ones((1, 1)))\n"
         "answer = Network((1,)).restore(arrays).predict(np.array([[2.0], [-2.0]])).mean\n"
         "assert answer.tolist() == [[3.0], [1.0]], answer\n"
+        "x = np.linspace(0, 1, 9)[:, None]\n"
+        "Network((2,), iterations=3).fit(x, x, np.arange(9), np.random.default_rng(0))\n"
         "sys.exit('torch' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
@@ -167,9 +181,5 @@ def test_presets_are_those_of_the_table() -> None:
         for name in ("nn-narrow", "nn-medium", "nn-wide", "nn-bilayer", "nn-trilayer")
     }
     assert list(layers.values()) == [[10], [25], [100], [10, 10], [10, 10, 10]]
-    before = torch.get_num_threads()
-    with one_thread():
-        assert torch.get_num_threads() == 1
-    assert torch.get_num_threads() == before
     with pytest.raises(ValueError, match="shape"):
         Network((11,)).restore(fitted(Network((10,), iterations=1)).arrays())
