@@ -437,7 +437,7 @@ class OurStore(Storage):
             where = (Condition(FACTOR, "=", level),)
             columns = (Pulse.id, Pulse.fine_force_n)
             rows, _ = list_pulses(session, None, where, 10**9, *columns)
-            return [as_floats(frame, f"pulse {key}") for key, frame in rows]
+            return [as_floats(row.fine_force_n, f"pulse {row.id}") for row in rows]
 
 
 #: What a slice is read by, of the channel of a run: of the tables, for a row of the model takes

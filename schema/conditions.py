@@ -463,7 +463,9 @@ def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -
     return int(_get_factor(session, field, columns).id)
 
 
-def _get_factor(session: Session, field: str, columns: Collection[str]) -> Row[Any]:
+def _get_factor(
+    session: Session, field: str, columns: Collection[str]
+) -> Row[int, str, str | None]:
     known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
     factors = {listing_key(row.name, row.si_unit): row for row in known_factors}
     factors |= {row.name: row for row in known_factors}

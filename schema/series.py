@@ -30,7 +30,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, insert
+from sqlalchemy import Connection, Table, insert
 from sqlalchemy.orm import Session
 
 from .counts import as_counts, from_counts
@@ -42,6 +42,7 @@ CHUNKS_PER_SERIES = 16
 SHORTEST_CHUNK, LONGEST_CHUNK = 16_384, 262_144
 #: As many samples, from the middle of a series, decide on its packing.
 _PROBE_SAMPLES = 16_384
+_CHUNKS = cast("Table", SeriesChunk.__table__)
 #: Of Blosc's header (README_CHUNK_FORMAT.rst, version 1): length of the content and of the frame,
 #: little-endian.
 _CONTENT_BYTES, _FRAME_BYTES_AT = slice(4, 8), 12
@@ -241,7 +242,8 @@ def write_series(
         if number not in without
     ]
     if rows:
-        session.execute(insert(SeriesChunk), rows)
+        session.flush()
+        session.connection().execute(insert(_CHUNKS), rows)
 
 
 #: In the drivers' two ways to mark a value's place: neither takes the other's.

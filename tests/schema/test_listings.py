@@ -508,3 +508,13 @@ def test_pulses_of_a_small_store_are_not_counted_first(store):
         with statements(store) as of_some:
             assert pulse_keys(session, None, where, 4) == ([1, 3, 5, 7], 8)
     assert [sum("count(" in statement for statement in sql) for sql in (of_all, of_some)] == [0, 1]
+    assert sum(statement.startswith("SELECT") for statement in of_all) == 3
+
+
+@pytest.mark.parametrize("most", [97, 8])
+def test_pulses_hold_the_columns_that_are_asked_for(thinned, most):
+    """Of all pulses, and of those that are left of a thinning."""
+    with thinned.reading() as session:
+        rows, _ = list_pulses(session, "c", (), most, Pulse.id, Impact.run, Pulse.peak_force_n)
+    assert len(rows) == most
+    assert all(row.id == 2000 + row.run and row.peak_force_n == row.run for row in rows)
