@@ -467,7 +467,7 @@ def list_pulses(
     campaign: str | None,
     where: tuple[Condition, ...],
     most: int,
-    *columns: InstrumentedAttribute[Any],
+    columns: tuple[InstrumentedAttribute[Any], ...],
 ) -> tuple[Sequence[Row[Any]], int]:
     """The pulses in use of the impacts that match, in order of impacts, and how many match.
 
@@ -477,7 +477,7 @@ def list_pulses(
         where: Conditions, all of which an impact must meet.
         most: The largest number of pulses, 1 or more. Where more match, the database takes them
             evenly over the order of impacts, the first one included.
-        *columns: What a row holds: columns of `Pulse` and `Impact`.
+        columns: What a row holds: columns of `Pulse` and `Impact`.
 
     Raises:
         UnknownFieldError: As `iter_impacts`.

@@ -283,7 +283,7 @@ def _newest_with_pulses(session: Session) -> str:
 def _some_impacts(
     session: Session, campaign: str | None, conditions: tuple[Condition, ...]
 ) -> list[int]:
-    rows, _ = list_pulses(session, campaign, conditions, SPECTRA, Pulse.impact_id)
+    rows, _ = list_pulses(session, campaign, conditions, SPECTRA, (Pulse.impact_id,))
     return [impact for (impact,) in rows]
 
 

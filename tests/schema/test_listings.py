@@ -420,7 +420,7 @@ def keys(thinned, most, *where, campaign="c"):
 
 
 def pulse_keys(session, campaign, where, most):
-    rows, total = list_pulses(session, campaign, where, most, Pulse.id)
+    rows, total = list_pulses(session, campaign, where, most, (Pulse.id,))
     return [key for (key,) in rows], total
 
 
@@ -514,7 +514,8 @@ def test_pulses_of_a_small_store_are_not_counted_first(store):
 @pytest.mark.parametrize("most", [97, 8])
 def test_pulses_hold_the_columns_that_are_asked_for(thinned, most):
     """Of all pulses, and of those that are left of a thinning."""
+    columns = (Pulse.id, Impact.run, Pulse.peak_force_n)
     with thinned.reading() as session:
-        rows, _ = list_pulses(session, "c", (), most, Pulse.id, Impact.run, Pulse.peak_force_n)
+        rows, _ = list_pulses(session, "c", (), most, columns)
     assert len(rows) == most
     assert all(row.id == 2000 + row.run and row.peak_force_n == row.run for row in rows)

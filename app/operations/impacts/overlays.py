@@ -102,7 +102,7 @@ def pulse_overlay(
         raise ValueError(f"points is {points!r}; expected 2 or more")
     key = get_factor_id(session, factor)
     row = session.get_one(Factor, key)
-    every, matching = list_pulses(session, campaign, where, most, *_COLUMNS)
+    every, matching = list_pulses(session, campaign, where, most, _COLUMNS)
     level_of = _levels(session, {pulse.configuration_id for pulse in every}, row.name)
     forces, damaged = _forces(every)
     rows = [pulse for pulse in every if pulse.impact_id in forces]
