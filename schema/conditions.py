@@ -15,10 +15,25 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, exists, func, not_, or_, select, text
+from sqlalchemy import (
+    BindParameter,
+    ColumnElement,
+    Integer,
+    Row,
+    Select,
+    and_,
+    bindparam,
+    exists,
+    func,
+    not_,
+    or_,
+    select,
+    text,
+)
 from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
@@ -65,22 +80,34 @@ def span_of(
         campaign_id: The key of the campaign; None for all campaigns.
         configurations: The keys of the configurations; None for any.
     """
-    ends = [select(f(table.id)) for f in (func.min, func.max)]
-    if campaign_id is not None:
-        ends = [end.where(table.campaign_id == campaign_id) for end in ends]
-    query = select(*(end.scalar_subquery() for end in ends))
+    query = _ends_of_keys(table, campaign_id is not None, configurations is not None)
+    values = {"campaign": campaign_id, "configurations": configurations}
+    first, last, *other = session.execute(query, values).one()
+    span = _span(first, last)
     if configurations is None:
-        return _span(*session.execute(query).one())
-    conditions = [
-        select(f(table.id)).where(table.configuration_id == Configuration.id).scalar_subquery()
+        return span
+    of_them = _span(*other)
+    return KeySpan(max(span.first, of_them.first), min(span.last, of_them.last))
+
+
+@cache
+def _ends_of_keys(table: Table, of_campaign: bool, of_configurations: bool) -> Select[Any]:
+    """The least and the largest key of the rows of `campaign`, or of all; and of the rows of
+    `configurations`."""
+    rows, configurations = table.__table__.c, Configuration.__table__.c
+    ends = [select(f(rows.id)) for f in (func.min, func.max)]
+    if of_campaign:
+        ends = [end.where(rows.campaign_id == bindparam("campaign")) for end in ends]
+    query = select(*(end.scalar_subquery() for end in ends))
+    if not of_configurations:
+        return query
+    of_one = [
+        select(f(rows.id)).where(rows.configuration_id == configurations.id).scalar_subquery()
         for f in (func.min, func.max)
     ]
-    query = query.add_columns(func.min(conditions[0]), func.max(conditions[1])).where(
-        Configuration.id.in_(configurations)
+    return query.add_columns(func.min(of_one[0]), func.max(of_one[1])).where(
+        configurations.id.in_(bindparam("configurations", expanding=True))
     )
-    first, last, *other = session.execute(query).one()
-    span, of_them = _span(first, last), _span(*other)
-    return KeySpan(max(span.first, of_them.first), min(span.last, of_them.last))
 
 
 def _span(first: int | None, last: int | None) -> KeySpan:
@@ -216,9 +243,10 @@ def restricted(
             for `quality` or `campaign`, and an unknown quality.
         LookupError: For an unknown campaign.
     """
+    rows = table.__table__.c
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
-        query = query.where(table.campaign_id == campaign_id)
+        query = query.where(rows.campaign_id == campaign_id)
     column_names = {*columns, CAMPAIGN, QUALITY} if table is Impact else {*columns, CAMPAIGN}
     of_factors = [condition for condition in where if condition.field not in column_names]
     for condition in where:
@@ -233,19 +261,19 @@ def restricted(
             )
     if not of_factors:
         return query, span_of(session, table, campaign_id, None)
-    matching = [
-        _matching_configurations(session, condition, column_names) for condition in of_factors
-    ]
-    all_of_them = select(Configuration.id).where(
-        *(Configuration.id.in_(selection) for selection in matching)
-    )
+    tests = [_LevelTest.of(condition) for condition in of_factors]
     # Few keys are known before the query: a database plans badly for those that it must find first.
-    keys = sorted(session.scalars(all_of_them.limit(_MOST_KEYS + 1)))
+    keys = _configurations(session, tests)
+    if not keys:  # perhaps for want of a factor of this name
+        tests = [test.of_known_factor(session, column_names) for test in tests]
+        keys = _configurations(session, tests)
     if len(keys) <= _MOST_KEYS:
-        return query.where(table.configuration_id.in_(keys)), span_of(
+        return query.where(rows.configuration_id.in_(keys)), span_of(
             session, table, campaign_id, keys
         )
-    query = query.where(*(table.configuration_id.in_(selection) for selection in matching))
+    query = query.where(
+        *(rows.configuration_id.in_(test.selection(i)) for i, test in enumerate(tests))
+    )
     return query, span_of(session, table, campaign_id, None)
 
 
@@ -341,32 +369,84 @@ def get_campaign_id(session: Session, name: str) -> int:
     return key
 
 
-def _matching_configurations(
-    session: Session, condition: Condition, columns: Collection[str]
-) -> Select[Any]:
-    factor = get_factor_id(session, condition.field, columns)
-    test = OPERATORS[condition.operator]
-    matches: ColumnElement[bool] = test(FactorLevel.label, str(condition.value))
-    try:
-        number = float(condition.value)
-    except ValueError:
-        pass
-    else:
+@dataclass(frozen=True)
+class _LevelTest:
+    """A condition on the level of a factor, by the factor's name. `number` is the value where it is
+    one, else None."""
+
+    factor: str
+    operator: str
+    label: str
+    number: float | None
+
+    @classmethod
+    def of(cls, condition: Condition) -> _LevelTest:
+        try:
+            number = float(condition.value)
+        except ValueError:
+            number = None
+        return cls(condition.field, condition.operator, str(condition.value), number)
+
+    def of_known_factor(self, session: Session, columns: Collection[str]) -> _LevelTest:
+        """The same of a factor that the store has, which may be named by its `listing_key`."""
+        return replace(self, factor=_get_factor(session, self.factor, columns).name)
+
+    @property
+    def shape(self) -> tuple[str, bool]:
+        return self.operator, self.number is not None
+
+    def values(self, place: int) -> dict[str, Any]:
+        """The parameters of `_selection` at a place."""
+        number = 0.0 if self.number is None else self.number
         # SI numbers that came by different roads differ in the last digit: equality means to nine
         # digits.
         slack = 1e-9 * abs(number)
-        near = FactorLevel.number.between(number - slack, number + slack)
-        exact = {"=": near, "!=": ~near}.get(condition.operator)
-        numeric = exact if exact is not None else test(FactorLevel.number, number)
+        values = {"factor": self.factor, "label": self.label, "number": number}
+        values |= {"low": number - slack, "high": number + slack}
+        return {f"{name}_{place}": value for name, value in values.items()}
+
+    def selection(self, place: int) -> Select[Any]:
+        return _selection(place, *self.shape).params(self.values(place))
+
+
+@cache
+def _selection(place: int, operator: str, is_number: bool) -> Select[Any]:
+    """The configurations with such a level, of parameters that end in `place`."""
+
+    def value(name: str) -> BindParameter[Any]:
+        return bindparam(f"{name}_{place}")
+
+    level, test = FactorLevel.__table__.c, OPERATORS[operator]
+    matches: ColumnElement[bool] = test(level.label, value("label"))
+    if is_number:
+        near = level.number.between(value("low"), value("high"))
+        exact = {"=": near, "!=": ~near}.get(operator)
+        numeric = exact if exact is not None else test(level.number, value("number"))
         matches = (
-            or_(numeric, and_(FactorLevel.number.is_(None), matches))
-            if condition.operator in "!="
-            else numeric
+            or_(numeric, and_(level.number.is_(None), matches)) if operator in "!=" else numeric
         )
-    levels = select(FactorLevel.id).where(FactorLevel.factor_id == factor, matches)
-    return select(ConfigurationLevel.configuration_id).where(
-        ConfigurationLevel.level_id.in_(levels)
-    )
+    factors, own = Factor.__table__.c, ConfigurationLevel.__table__.c
+    factor = select(factors.id).where(factors.name == value("factor")).scalar_subquery()
+    levels = select(level.id).where(level.factor_id == factor, matches)
+    return select(own.configuration_id).where(own.level_id.in_(levels))
+
+
+@cache
+def _meeting_all(shapes: tuple[tuple[str, bool], ...]) -> Select[Any]:
+    """At most `most` configurations that meet tests of these shapes."""
+    key = Configuration.__table__.c.id
+    selections = (_selection(i, *shape) for i, shape in enumerate(shapes))
+    query = select(key).where(*(key.in_(selection) for selection in selections))
+    return query.limit(bindparam("most", type_=Integer))
+
+
+def _configurations(session: Session, tests: list[_LevelTest]) -> list[int]:
+    """Keys of the configurations that meet all tests; of more than `_MOST_KEYS`, one more than
+    these."""
+    values: dict[str, Any] = {"most": _MOST_KEYS + 1}
+    for i, test in enumerate(tests):
+        values |= test.values(i)
+    return sorted(session.scalars(_meeting_all(tuple(test.shape for test in tests)), values))
 
 
 def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:
@@ -380,9 +460,15 @@ def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -
     Raises:
         UnknownFieldError: For an unknown factor; the message names those there are, and `columns`.
     """
+    return int(_get_factor(session, field, columns).id)
+
+
+def _get_factor(
+    session: Session, field: str, columns: Collection[str]
+) -> Row[int, str, str | None]:
     known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
-    factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
-    factors |= {name: key for key, name, _ in known_factors}
+    factors = {listing_key(row.name, row.si_unit): row for row in known_factors}
+    factors |= {row.name: row for row in known_factors}
     if field not in factors:
         names = ", ".join(sorted({*factors, *columns}))
         raise UnknownFieldError(f"no column or factor {field!r}; known: {names}")

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Select, case, func, or_, select, true
-from sqlalchemy.orm import Session
+from sqlalchemy import Row, Select, case, func, or_, select, true
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from .base import in_batches
 from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
@@ -461,17 +462,22 @@ __all__ = [
 ]
 
 
-def list_pulse_keys(
-    session: Session, campaign: str | None, where: tuple[Condition, ...], most: int
-) -> tuple[list[int], int]:
-    """Keys of the pulses in use of the impacts that match, and how many match.
+def list_pulses(
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    most: int,
+    columns: tuple[InstrumentedAttribute[Any], ...],
+) -> tuple[Sequence[Row[Any]], int]:
+    """The pulses in use of the impacts that match, in order of impacts, and how many match.
 
     Parameters:
         session: A session of the store.
         campaign: The name of the campaign; None for all campaigns.
         where: Conditions, all of which an impact must meet.
-        most: The largest number of keys, 1 or more. Where more match, the database takes them
+        most: The largest number of pulses, 1 or more. Where more match, the database takes them
             evenly over the order of impacts, the first one included.
+        columns: What a row holds: columns of `Pulse` and `Impact`.
 
     Raises:
         UnknownFieldError: As `iter_impacts`.
@@ -480,21 +486,40 @@ def list_pulse_keys(
     """
     if most < 1:
         raise ValueError(f"most is {most!r}; expected 1 or more pulses")
-    columns: tuple[Any, ...] = (Pulse.id, Impact.id.label("impact"))
-    query = select(*columns).select_from(Impact)
-    query = query.join(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
+    impact, pulse = Impact.__table__.c, Pulse.__table__.c
+    with_channels = any(condition.field in CHANNEL_COLUMNS for condition in where)
+    query = _pulses_in_use(columns, with_channels)
     query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
-    query = query.where(Impact.id.between(span.first, span.last))
+    query = query.where(impact.id.between(span.first, span.last))
     # No more than fit between the first key and the last: a small store need not count.
     fits = span.last - span.first < most
     total = 0 if fits else session.scalar(query.with_only_columns(func.count())) or 0
     if total <= most:
-        keys = list(session.scalars(query.order_by(Impact.id)))
-        return keys, len(keys)
-    numbered = query.add_columns(
-        (func.row_number().over(order_by=Impact.id) - 1).label("place")
+        rows = session.execute(query.order_by(impact.id)).all()
+        return rows, len(rows)
+    numbered = query.with_only_columns(
+        pulse.id,
+        impact.id.label("impact"),
+        (func.row_number().over(order_by=impact.id) - 1).label("place"),
     ).subquery()
     # Of `total` places these are as many as wanted: those where place * most / total has just
     # passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)
-    return list(session.scalars(chosen.order_by(numbered.c.impact).limit(most))), total
+    keys = session.scalars(chosen.order_by(numbered.c.impact).limit(most)).all()
+    of_keys = _pulses_in_use(columns, with_channels=False)
+    return [
+        row
+        for some in in_batches(keys)
+        for row in session.execute(of_keys.where(pulse.id.in_(some)).order_by(impact.id))
+    ], total
+
+
+@cache
+def _pulses_in_use(
+    columns: tuple[InstrumentedAttribute[Any], ...], with_channels: bool
+) -> Select[Any]:
+    pulses = Impact.__table__.join(Pulse.__table__, IN_USE)
+    if with_channels:
+        pulses = pulses.outerjoin(ChannelFigures.__table__, LARGEST)
+    # Of the tables: a row of the models' own columns takes several times as long.
+    return select(*(column.property.columns[0] for column in columns)).select_from(pulses)

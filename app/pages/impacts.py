@@ -18,7 +18,7 @@ from ...ingest.storing.reextraction import preview_impacts
 from ...schema.campaigns import Campaign, Factor
 from ...schema.conditions import QUALITY, Condition, list_campaign_names
 from ...schema.impacts import Impact, Pulse
-from ...schema.listings import list_pulse_keys
+from ...schema.listings import list_pulses
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
@@ -283,10 +283,8 @@ def _newest_with_pulses(session: Session) -> str:
 def _some_impacts(
     session: Session, campaign: str | None, conditions: tuple[Condition, ...]
 ) -> list[int]:
-    keys, _ = list_pulse_keys(session, campaign, conditions, SPECTRA)
-    return list(
-        session.scalars(select(Pulse.impact_id).where(Pulse.id.in_(keys)).order_by(Pulse.impact_id))
-    )
+    rows, _ = list_pulses(session, campaign, conditions, SPECTRA, (Pulse.impact_id,))
+    return [impact for (impact,) in rows]
 
 
 @router.get("/compare/spectra")

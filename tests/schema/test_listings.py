@@ -12,7 +12,7 @@ from pyroshock.schema import conditions
 from pyroshock.schema.campaigns import Campaign, Configuration, Plan, PlannedRun
 from pyroshock.schema.conditions import KeySpan, iter_pages, span_of
 from pyroshock.schema.configurations import configuration_id, configuration_ids
-from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Shot
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse, Shot
 from pyroshock.schema.known_factors import RunLevel
 from pyroshock.schema.listings import (
     OPERATORS,
@@ -22,7 +22,7 @@ from pyroshock.schema.listings import (
     iter_shots,
     list_campaigns,
     list_impacts_page,
-    list_pulse_keys,
+    list_pulses,
     list_shots_page,
 )
 from pyroshock.schema.recordings import QualityFinding, Recording
@@ -416,7 +416,12 @@ def thinned(new_database):
 
 def keys(thinned, most, *where, campaign="c"):
     with thinned.reading() as session:
-        return list_pulse_keys(session, campaign, where, most)
+        return pulse_keys(session, campaign, where, most)
+
+
+def pulse_keys(session, campaign, where, most):
+    rows, total = list_pulses(session, campaign, where, most, (Pulse.id,))
+    return [key for (key,) in rows], total
 
 
 @pytest.mark.parametrize("most", [1, 2, 10, 50, 96])
@@ -499,7 +504,18 @@ def test_pulses_of_a_small_store_are_not_counted_first(store):
     where = (Condition("tip", "=", "steel"),)
     with store.reading() as session:
         with statements(store) as of_all:
-            assert list_pulse_keys(session, None, where, 8) == ([*range(1, 9)], 8)
+            assert pulse_keys(session, None, where, 8) == ([*range(1, 9)], 8)
         with statements(store) as of_some:
-            assert list_pulse_keys(session, None, where, 4) == ([1, 3, 5, 7], 8)
+            assert pulse_keys(session, None, where, 4) == ([1, 3, 5, 7], 8)
     assert [sum("count(" in statement for statement in sql) for sql in (of_all, of_some)] == [0, 1]
+    assert sum(statement.startswith("SELECT") for statement in of_all) == 3
+
+
+@pytest.mark.parametrize("most", [97, 8])
+def test_pulses_hold_the_columns_that_are_asked_for(thinned, most):
+    """Of all pulses, and of those that are left of a thinning."""
+    columns = (Pulse.id, Impact.run, Pulse.peak_force_n)
+    with thinned.reading() as session:
+        rows, _ = list_pulses(session, "c", (), most, columns)
+    assert len(rows) == most
+    assert all(row.id == 2000 + row.run and row.peak_force_n == row.run for row in rows)

@@ -3,20 +3,20 @@ and shock response spectra of chosen impacts, within a band about their mean or 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Row, select
+from sqlalchemy import Row
 from sqlalchemy.orm import Session
 
 from ....array_types import Floats
-from ....schema.base import in_batches
-from ....schema.campaigns import ConfigurationLevel, Factor, FactorLevel
+from ....schema.campaigns import Factor
 from ....schema.conditions import Condition, get_factor_id, listing_key
+from ....schema.configurations import iter_levels
 from ....schema.impacts import Impact, Pulse
-from ....schema.listings import list_pulse_keys
+from ....schema.listings import list_pulses
 from ....schema.series import SeriesError, as_floats
 from ....signals.srs.spectrum import Spectrum, shock_response_spectrum
 from ....twin.chain import default_lines
@@ -24,9 +24,15 @@ from ....twin.srs.standards import within_db
 from ....twin.srs.target import SpectrumComparison, Target, compare
 from .impact_records import ImpactRecord, impact_records
 
-#: Impact, contact time, period and fine force of a pulse; label and number of its level of a
-#: factor.
-PulseAtLevel = Row[tuple[int, float, float, bytes, str | None, float | None]]
+#: Impact, configuration, contact time, period and fine force of a pulse.
+PulseRow = Row[tuple[int, int, float, float, bytes]]
+_COLUMNS = (
+    Pulse.impact_id,
+    Impact.configuration_id,
+    Pulse.contact_time_s,
+    Pulse.fine_period_s,
+    Pulse.fine_force_n,
+)
 
 #: More curves than this on one grid cost seconds and show no more.
 MOST_PULSES = 2000
@@ -96,14 +102,15 @@ def pulse_overlay(
         raise ValueError(f"points is {points!r}; expected 2 or more")
     key = get_factor_id(session, factor)
     row = session.get_one(Factor, key)
-    keys, matching = list_pulse_keys(session, campaign, where, most)
-    forces, damaged = _forces(every := list(_rows(session, keys, key)))
+    every, matching = list_pulses(session, campaign, where, most, _COLUMNS)
+    level_of = _levels(session, {pulse.configuration_id for pulse in every}, row.name)
+    forces, damaged = _forces(every)
     rows = [pulse for pulse in every if pulse.impact_id in forces]
     longest = max((pulse.contact_time_s for pulse in rows), default=0.0)
     axis = np.linspace(0.0, 1.0 if normalised else longest, points)
-    by_level: dict[float | str | None, list[PulseAtLevel]] = {}
+    by_level: dict[float | str | None, list[PulseRow]] = {}
     for pulse in rows:
-        by_level.setdefault(pulse.label if pulse.number is None else pulse.number, []).append(pulse)
+        by_level.setdefault(level_of.get(pulse.configuration_id), []).append(pulse)
     groups = []
     for level in sorted(by_level, key=_order):
         members = by_level[level]
@@ -129,7 +136,7 @@ def pulse_overlay(
     )
 
 
-def _forces(rows: Iterable[PulseAtLevel]) -> tuple[dict[int, Floats], tuple[int, ...]]:
+def _forces(rows: Iterable[PulseRow]) -> tuple[dict[int, Floats], tuple[int, ...]]:
     """Fine forces (m,) by impact, and the impacts whose stored one is damaged."""
     forces: dict[int, Floats] = {}
     damaged = []
@@ -143,22 +150,10 @@ def _forces(rows: Iterable[PulseAtLevel]) -> tuple[dict[int, Floats], tuple[int,
     return forces, tuple(damaged)
 
 
-def _rows(session: Session, keys: list[int], factor: int) -> Iterator[PulseAtLevel]:
-    """The pulses with these keys and their level of the factor, in order of impacts."""
-    level = (
-        select(ConfigurationLevel.configuration_id, FactorLevel.label, FactorLevel.number)
-        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-        .where(ConfigurationLevel.factor_id == factor)
-        .subquery()
-    )
-    figures = (Pulse.impact_id, Pulse.contact_time_s, Pulse.fine_period_s, Pulse.fine_force_n)
-    query = (
-        select(*figures, level.c.label, level.c.number)
-        .join(Impact, Pulse.impact_id == Impact.id)
-        .outerjoin(level, level.c.configuration_id == Impact.configuration_id)
-    )
-    for some in in_batches(keys):
-        yield from session.execute(query.where(Pulse.id.in_(some)).order_by(Impact.id))
+def _levels(session: Session, keys: set[int], factor: str) -> dict[int, float | str]:
+    """The level of a factor by configuration; none for one that does not set it."""
+    rows = iter_levels(session, sorted(keys))
+    return {row.configuration: row.level for row in rows if row.factor == factor}
 
 
 def _resampled(force: Floats, period_s: float, time_s: Floats) -> Floats:
