@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -38,6 +38,7 @@ from ..twins.building import BuiltTwin
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
 from ..web.rendering import page, query
+from ..web.rests_on import STORE_AND_MODELS
 from ..web.shot_address import built_twin, read_address, twin_at
 
 router = APIRouter()
@@ -45,7 +46,7 @@ router = APIRouter()
 _SERIES = ("force", "acceleration", "srs")
 
 
-@router.get("/twin")
+@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS)])
 def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     """The page; a value of the address that cannot be used is named at its control, and the others
     are kept."""
