@@ -62,6 +62,7 @@ from ..web.rests_on import PageSources
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
+from ..web.warm_up import warm_up_in_thread
 from .compression import Compression
 from .page_cache import PageCache
 
@@ -138,14 +139,19 @@ A write needs the header `X-CSRF-Token`: GET `/api/csrf` tells it, and sets the 
 belongs to."""
 
 
-def application(settings: Settings, store: Store) -> ASGIApp:
-    """The whole window over an open store, behind its guard; closing the store is the caller's."""
+def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGIApp:
+    """The whole window over an open store, behind its guard; closing the store is the caller's.
+
+    `warm`: the newest gun's twin is built before anybody asks.
+    """
     worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
     jobs, twins = Jobs(store, worker), TwinCache(store, settings.db)
     sources = PageSources(store.engine, settings.db)
 
     @asynccontextmanager
     async def alive(_: FastAPI) -> AsyncIterator[None]:
+        if warm:
+            warm_up_in_thread(twins)
         jobs.begin()
         to_thread.current_default_thread_limiter().total_tokens = _THREADS
         yield

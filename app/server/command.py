@@ -116,7 +116,7 @@ def serve(
         from .memory import return_freed_memory
 
         return_freed_memory()
-        _listen(application(settings, store), settings, show)
+        _listen(application(settings, store, warm=True), settings, show)
 
 
 def _need_packages() -> None:
