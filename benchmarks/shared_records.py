@@ -37,6 +37,7 @@ __all__ = [
     "THESIS_GUN", "WRITER", "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize",
     "absolute_acceleration", "ball", "campaign_name", "digitised", "fill", "filled",
     "force_records", "fresh_database", "full_campaign", "gun_record",
-    "hammer_record", "held_out", "hit_force", "impacts", "kept_campaign", "made_records", "make_tables", "pulse_table", "ringing_plate",
+    "hammer_record", "held_out", "hit_force", "impacts", "kept_campaign", "made_records",
+    "make_tables", "pulse_table", "ringing_plate",
     "running_server", "sample_of", "scalar_guns", "setting", "write_campaign",
 ]
