@@ -38,24 +38,29 @@ class RemainingTime:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._total = 0
-        #: Times of steps, and the shares of the work that were done then, from the beginning.
-        self._steps: list[tuple[float, float]] = [(clock(), 0.0)]
+        #: Times of the steps that were told, and the shares of the work that were done then.
+        self._steps: list[tuple[float, float]] = []
 
     def step(self, done: int, total: int) -> None:
         """So many of `total` steps are done now."""
         share = done / total if total else 0.0
-        if share < self._steps[-1][1] or (self._total not in (0, total)) or not done:
-            self._steps = [(self._clock(), share)]
+        if not self._steps or total != self._total or share < self._steps[-1][1] or not done:
+            self._total, self._steps = total, [(self._clock(), share)]
         elif share > self._steps[-1][1]:
             self._steps.append((self._clock(), share))
-        self._total = total
 
     def estimate_s(self) -> float | None:
-        """Seconds until the work is done; None before a tenth of it is."""
-        (last_s, share), steps = self._steps[-1], self._steps
-        if share < _LEAST_SHARE or len(steps) < 2:
+        """Seconds until the work is done; None before a tenth of it was done since the first
+        step."""
+        steps = self._steps
+        if not steps:
             return None
-        since = next((step for step in steps[1:-1] if share - step[1] >= _LEAST_SHARE), steps[0])
+        last_s, share = steps[-1]
+        since = next(
+            (step for step in steps[1:-1] if share - step[1] >= _LEAST_SHARE - 1e-9), steps[0]
+        )
+        if share - since[1] < _LEAST_SHARE - 1e-9:
+            return None
         rate = (share - since[1]) / (last_s - since[0])
         # The step in work is as long as the last one at most, as far as anybody knows.
         waited = min(rate * (self._clock() - last_s), share - steps[-2][1])
