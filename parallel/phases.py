@@ -36,6 +36,14 @@ class Phases:
         before = sum(self._costs[name] for name in names[: names.index(phase)])
         return partial(self._step, before, cost)
 
+    def begin(self, phase: str) -> None:
+        """Tells that a phase begins, of which no steps are told.
+
+        Parameters:
+            phase: One of the phases. Raises `KeyError` for another.
+        """
+        self.of(phase)(0, 1, phase)
+
     def _step(self, before: float, cost: float, done: int, total: int, what: str) -> None:
         whole = sum(self._costs.values())
         share = before + cost * (done / total if total else 0.0)

@@ -141,6 +141,8 @@ class WorkProgress:
         if not self._done or not self._total:
             return f"{_duration(elapsed)} elapsed"
         steps = f"{self._done} of {self._total} {self._unit}".strip()
+        if self._unit == "%":
+            steps = f"{self._done} %"
         remaining_s = self._remaining.estimate_s()
         left = "" if remaining_s is None else f", about {_duration(remaining_s)} left"
         return f"{steps}, {_duration(elapsed)} elapsed{left}"
