@@ -144,8 +144,8 @@ class WorkProgress:
         if self._unit == "%":
             steps = f"{self._done} %"
         remaining_s = self._remaining.estimate_s()
-        left = "" if remaining_s is None else f", about {_duration(remaining_s)} left"
-        return f"{steps}, {_duration(elapsed)} elapsed{left}"
+        words = "" if remaining_s is None else f", about {_duration(remaining_s)} left"
+        return f"{steps}, {_duration(elapsed)} elapsed{words}"
 
     def _tell(self, words: str) -> None:
         separator = " " if words == "…" else ": "
@@ -218,5 +218,6 @@ def _tell_remaining(bar: Any, remaining: RemainingTime) -> None:
     if bar.bar_format == _BEFORE_THE_FIRST_STEP:
         return
     seconds = remaining.estimate_s()
-    known = _STEPS_AND_TIME.replace("REMAINING", _duration(seconds or 0.0))
-    bar.bar_format = _STEPS if seconds is None else known
+    bar.bar_format = (
+        _STEPS if seconds is None else _STEPS_AND_TIME.replace("REMAINING", _duration(seconds))
+    )

@@ -24,8 +24,8 @@ from ..operations.ingest.planned_achieved import (
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
 from ..operations.plan.figures import coverage_figure
 from ..web.dependencies import Name, OpenStore
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
-from ..web.rests_on import THE_STORE
 
 
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Plot:

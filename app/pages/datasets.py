@@ -25,8 +25,8 @@ from ..operations.train.figures import version_rows
 from ..operations.train.train import TRAIN
 from ..operations.train.wording import bounded, model_sentences, share, share_range
 from ..web.dependencies import Configured, Name, OpenStore
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, part
-from ..web.rests_on import STORE_AND_MODELS
 
 router = APIRouter()
 

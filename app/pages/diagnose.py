@@ -26,8 +26,8 @@ from ..operations.form import controls
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
-from ..web.rests_on import THE_STORE
 
 router = APIRouter()
 PAGE = 25

@@ -30,8 +30,8 @@ from ..operations.faults import FieldError
 from ..operations.impacts.listing import ImpactRows
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import status_of_fault
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, part, query
-from ..web.rests_on import THE_STORE
 
 router = APIRouter()
 PAGE = 100

@@ -44,8 +44,8 @@ from ..operations.ingest.request import ExtractionChoice
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, Key, OpenStore
 from ..web.forms import status_of_fault
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
-from ..web.rests_on import THE_STORE
 
 router = APIRouter()
 #: Of a whole channel on a page; zooming in fetches the rest.

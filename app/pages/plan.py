@@ -26,8 +26,8 @@ from ..operations.plan.figures import balance_figure, correlation_figure, pairs_
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
 from ..web.dependencies import Name, OpenStore
+from ..web.page_sources import THE_STORE
 from ..web.rendering import named_file, number, page
-from ..web.rests_on import THE_STORE
 
 router = APIRouter()
 ShownRun = Annotated[int | None, Query(ge=0, le=2**31 - 1)]

@@ -37,8 +37,8 @@ from ..operations.predict.validity import field_warnings
 from ..twins.building import BuiltTwin
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, query
-from ..web.rests_on import STORE_AND_MODELS
 from ..web.shot_address import built_twin, read_address, twin_at
 
 router = APIRouter()

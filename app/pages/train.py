@@ -69,8 +69,8 @@ from ..operations.train.wording import (
     version_tables,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page
-from ..web.rests_on import STORE_AND_MODELS
 
 if TYPE_CHECKING:
     from ...training.tuning.trials import SettingsSearch

@@ -57,8 +57,8 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.page_sources import SourceStamps
 from ..web.rendering import page
-from ..web.rests_on import PageSources
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
@@ -146,7 +146,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     """
     worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
     jobs, twins = Jobs(store, worker), TwinCache(store, settings.db)
-    sources = PageSources(store.engine, settings.db)
+    sources = SourceStamps(store.engine, settings.db)
 
     @asynccontextmanager
     async def alive(_: FastAPI) -> AsyncIterator[None]:

@@ -19,7 +19,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ..web.rests_on import PageSources, RestsOn
+from ..web.page_sources import PageSource, SourceStamps
 from .compression import deflate, gzip_of
 
 #: Bytes of all pages that are kept, as they are and compressed.
@@ -47,7 +47,7 @@ class PageCache:
     Several who ask at once for a page that is not ready wait for the one that is being made.
     """
 
-    def __init__(self, app: ASGIApp, routes: Sequence[BaseRoute], sources: PageSources) -> None:
+    def __init__(self, app: ASGIApp, routes: Sequence[BaseRoute], sources: SourceStamps) -> None:
         self.app, self._routes, self._sources = app, routes, sources
         self._pages: OrderedDict[_Key, _Page] = OrderedDict()
         self._bytes = 0
@@ -73,14 +73,14 @@ class PageCache:
         if page is not None:
             await _send(page, scope, send)
 
-    def _source(self, scope: Scope) -> RestsOn | None:
+    def _source(self, scope: Scope) -> PageSource | None:
         if scope["type"] != "http" or scope["method"] != "GET":
             return None
         for route in self._routes:
             match, _ = route.matches(scope)
             if match is Match.FULL:
                 calls = (needed.dependency for needed in getattr(route, "dependencies", ()))
-                return next((call for call in calls if isinstance(call, RestsOn)), None)
+                return next((call for call in calls if isinstance(call, PageSource)), None)
         return None
 
     @contextmanager
@@ -92,18 +92,18 @@ class PageCache:
             if not lock.locked() and self._in_work.get(key) is lock:
                 del self._in_work[key]
 
-    async def _current(self, key: _Key, source: RestsOn) -> _Page | None:
+    async def _current(self, key: _Key, source: PageSource) -> _Page | None:
         page = self._pages.get(key)
         if page is None or page.stamp != await self._stamp(source):
             return None
         self._pages.move_to_end(key)
         return page
 
-    async def _stamp(self, source: RestsOn) -> Hashable:
+    async def _stamp(self, source: PageSource) -> Hashable:
         return await to_thread.run_sync(self._sources.stamp, source, limiter=self._reading)
 
     async def _make(
-        self, key: _Key, source: RestsOn, scope: Scope, receive: Receive, send: Send
+        self, key: _Key, source: PageSource, scope: Scope, receive: Receive, send: Send
     ) -> _Page | None:
         """The page, kept; None where the application has sent another answer than a whole page."""
         stamp = await self._stamp(source)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.server import application as server
-from pyroshock.app.web.rests_on import RestsOn
+from pyroshock.app.web.page_sources import PageSource
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.training.registry.model_storage import storage_for
@@ -79,7 +79,7 @@ def test_every_kept_page_is_tested() -> None:
     kept = [
         route
         for route in routes
-        if any(isinstance(needed.dependency, RestsOn) for needed in route.dependencies)
+        if any(isinstance(needed.dependency, PageSource) for needed in route.dependencies)
     ]
     assert len(kept) == len(PAGES)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class RestsOn:
+class PageSource:
     """A dependency of a route whose page follows from its address and the store alone or, with
     `models`, from the registry of models and its files as well; never from the time of day."""
 
@@ -28,10 +28,10 @@ class RestsOn:
         """Called for each request; there is nothing to do."""
 
 
-THE_STORE, STORE_AND_MODELS = RestsOn(), RestsOn(models=True)
+THE_STORE, STORE_AND_MODELS = PageSource(), PageSource(models=True)
 
 
-class PageSources:
+class SourceStamps:
     """Reads the stamp of what pages are made of. For use from several threads."""
 
     def __init__(self, engine: Engine, db: str) -> None:
@@ -39,7 +39,7 @@ class PageSources:
         self._store = ChangeStamp(engine)
         self._registry: ChangeStamp | None = None
 
-    def stamp(self, source: RestsOn) -> Hashable:
+    def stamp(self, source: PageSource) -> Hashable:
         """Equal as long as a page that rests on this source stays the same; None where that cannot
         be known."""
         store = self._store.read()
