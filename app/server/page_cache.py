@@ -12,7 +12,6 @@ from collections import OrderedDict
 from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 
 from anyio import CapacityLimiter, to_thread
 from starlette.datastructures import Headers, MutableHeaders
@@ -130,7 +129,7 @@ class PageCache:
             await send(start)
             await send({"type": "http.response.body", "body": own})
             return None
-        deflated = await to_thread.run_sync(partial(list, map(deflate, parts)))
+        deflated = await to_thread.run_sync(lambda: [deflate(part) for part in parts])
         page = _Page(stamp, start["headers"], parts, deflated)
         self._keep(key, page)
         return page
