@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -61,12 +62,13 @@ def _run(*words: str, cwd: Path) -> str:
 
 
 def _statements(lab: Lab, address: str) -> int:
-    """Statements that the store is asked while a page is read."""
+    """Statements that the store is asked for a page; those of the worker that looks for jobs do
+    not count."""
     count = 0
 
     def add(*_: object) -> None:
         nonlocal count
-        count += 1
+        count += threading.current_thread().name != "pyroshock worker"
 
     event.listen(lab.store.engine, "before_cursor_execute", add)
     assert lab.client.get(address).status_code == 200, address
