@@ -63,6 +63,7 @@ THEMES: dict[str, Theme] = {
     "growth": Theme("growth", "measure_growth", {}, {"budget_s": float("inf")}),
     "start-up": Theme("library", "measure_start_up", {"repeats": 3}),
     "library": Theme("library", "measure_library"),
+    "serving": Theme("serving", "measure_serving", {}, {"repeats": 5}),
     "srs": Theme("srs", "measure_srs"),
     "gun": Theme("gun", "measure_gun", {}, {"valve_share": 1}),
     "impacts": Theme("impacts", "measure_impacts"),

@@ -27,6 +27,7 @@ from support.records.pulse_tables import PREDICTORS, held_out, pulse_table
 from support.records.scalar_gun import THESIS_GUN, Method, ScalarGun, scalar_guns
 from support.records.twin_parts import BENCH, ringing_plate, setting
 from support.stores.databases import fresh_database, make_tables
+from support.stores.hammer_stores import full_campaign
 from support.stores.large_store import HITS_PER_RECORDING, RARE, WRITER, StoreSize
 from support.stores.large_store import campaign_name, fill, filled, sample_of
 from support.stores.postgres_server import running_server
@@ -35,7 +36,8 @@ __all__ = [
     "BENCH", "FULL_SCALE_N", "HITS", "HITS_PER_RECORDING", "NOISE_STEPS", "PREDICTORS", "RARE",
     "THESIS_GUN", "WRITER", "ForceRecord", "Labelled", "Method", "ScalarGun", "Signal", "StoreSize",
     "absolute_acceleration", "ball", "campaign_name", "digitised", "fill", "filled",
-    "force_records", "fresh_database", "gun_record", "hammer_record", "held_out", "hit_force",
-    "impacts", "kept_campaign", "made_records", "make_tables", "pulse_table", "ringing_plate",
+    "force_records", "fresh_database", "full_campaign", "gun_record",
+    "hammer_record", "held_out", "hit_force", "impacts", "kept_campaign", "made_records",
+    "make_tables", "pulse_table", "ringing_plate",
     "running_server", "sample_of", "scalar_guns", "setting", "write_campaign",
 ]

@@ -22,6 +22,7 @@ from ..diagnosis.options import Options
 from ..files.atomic_write import write_bytes, write_text
 from ..parallel.executor import ExecutorConfig
 from ..parallel.map_tasks import run_all_tasks
+from ..parallel.phases import Phases
 from ..parallel.task import one_thread
 from . import oracle_fit
 from .baselines import Forest
@@ -42,6 +43,9 @@ from .tally import rows_of, scored
 #: Kept apart from the seeds of cases.
 _SEED, _SPLIT = 20_000_003, "development"
 _PATIENCE_S = 300.0
+#: Seconds of a case in each phase, as measured over three tiers; an effect that is fitted for
+#: comparison is one of a third of the cases.
+_LABEL_S, _ANSWER_S, _LEARNED_S, _ORACLE_S = 0.2, 30.0, 1.0, 0.8
 _TIERS = ("weak", "middle", "strong", "very strong", "two")
 
 
@@ -207,17 +211,40 @@ def run(
         }
         request |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, request | {"shrinkage": options.shrink})
-        published = _published(place, work, executor, tell)
-        answers = _answers(
-            place, [CaseJob(task, options, baselines) for task in work], executor, tell, patience_s
-        )
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
-        forest = trained(learn, seed, executor, tell) if learn else None
+        phases = _phases(tell, len(work), learn, oracle)
+        published = _published(place, work, executor, phases.of("labels"))
+        answers = _answers(
+            place,
+            [CaseJob(task, options, baselines) for task in work],
+            executor,
+            phases.of("answers"),
+            patience_s,
+        )
+        forest = trained(learn, seed, executor, phases.of("forest")) if learn else None
         opened = open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
-        best = _oracles(place, work, truths, answers, options, executor, tell) if oracle else {}
+        tell_oracles = phases.of("oracles")
+        best = (
+            _oracles(place, work, truths, answers, options, executor, tell_oracles)
+            if oracle
+            else {}
+        )
         write_rows(place / SCORED, request, rows_of(work, truths, answers, best))
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
+
+
+def _phases(tell: Progress, cases: int, learn: int, oracle: bool) -> Phases:
+    """The phases of a check, by what they cost."""
+    return Phases(
+        tell,
+        {
+            "labels": _LABEL_S * cases,
+            "answers": _ANSWER_S * cases,
+            "forest": _LEARNED_S * learn,
+            "oracles": _ORACLE_S * cases * oracle,
+        },
+    )
 
 
 def _published(

@@ -20,10 +20,51 @@ BEFORE_THE_BLOCK_S = 5.0
 SILENT_S, BETWEEN_LINES_S = 2.0, 10.0
 _SIZE_OF_NO_TERMINAL: dict[str, Any] = {"ncols": 80, "nrows": 25}
 _BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
-_STEPS = (
-    "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}, about "
-    "{remaining} left]{postfix}"
-)
+_STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}]{postfix}"
+_STEPS_AND_TIME = _STEPS.replace("{elapsed}", "{elapsed}, about REMAINING left")
+#: Nothing is said of the remaining time before so much of the work is done.
+_LEAST_SHARE = 0.1
+
+
+class RemainingTime:
+    """How long work with steps still takes, from the steps that are done.
+
+    The time before the first step that is told, and the first steps themselves, say little of the
+    others: they import, compile and start processes. So the rate is that since the first step,
+    as soon as a tenth of the work lies behind it. Where the number of steps changes, or fewer are
+    done than before, other work begins, and the past says nothing of it.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._total = 0
+        #: Times of the steps that were told, and the shares of the work that were done then.
+        self._steps: list[tuple[float, float]] = []
+
+    def step(self, done: int, total: int) -> None:
+        """So many of `total` steps are done now."""
+        share = done / total if total else 0.0
+        if not self._steps or total != self._total or share < self._steps[-1][1] or not done:
+            self._total, self._steps = total, [(self._clock(), share)]
+        elif share > self._steps[-1][1]:
+            self._steps.append((self._clock(), share))
+
+    def estimate_s(self) -> float | None:
+        """Seconds until the work is done; None before a tenth of it was done since the first
+        step."""
+        steps = self._steps
+        if not steps:
+            return None
+        last_s, share = steps[-1]
+        since = next(
+            (step for step in steps[1:-1] if share - step[1] >= _LEAST_SHARE - 1e-9), steps[0]
+        )
+        if share - since[1] < _LEAST_SHARE - 1e-9:
+            return None
+        rate = (share - since[1]) / (last_s - since[0])
+        # The step in work is as long as the last one at most, as far as anybody knows.
+        waited = min(rate * (self._clock() - last_s), share - steps[-2][1])
+        return (1.0 - min(share + waited, 1.0)) / rate
 
 
 class WorkProgress:
@@ -39,6 +80,7 @@ class WorkProgress:
         self._label, self._unit = label, unit
         self._start_s = time.monotonic()
         self._done, self._total, self._has_lines = 0, 0, False
+        self._remaining = RemainingTime()
         self._begin, self._end = Event(), Event()
         self._bar: Any = None
         self._thread: Thread | None = None
@@ -75,8 +117,9 @@ class WorkProgress:
 
     def _step(self, done: int, total: int, what: str) -> None:
         self._done, self._total = done, total
+        self._remaining.step(done, total)
         if self._bar is not None:
-            _count(self._bar, done, total, what)
+            _count(self._bar, done, total, what, self._remaining)
 
     def _tell_time_before(self) -> None:
         while not self._begin.wait(BEFORE_THE_BLOCK_S):
@@ -84,6 +127,7 @@ class WorkProgress:
 
     def _tick(self) -> None:
         while not self._end.wait(1.0):
+            _tell_remaining(self._bar, self._remaining)
             self._bar.refresh()
 
     def _tell_lines(self) -> None:
@@ -96,9 +140,12 @@ class WorkProgress:
         elapsed = time.monotonic() - self._start_s
         if not self._done or not self._total:
             return f"{_duration(elapsed)} elapsed"
-        remaining = _duration(elapsed * (self._total - self._done) / self._done)
         steps = f"{self._done} of {self._total} {self._unit}".strip()
-        return f"{steps}, {_duration(elapsed)} elapsed, about {remaining} left"
+        if self._unit == "%":
+            steps = f"{self._done} %"
+        remaining_s = self._remaining.estimate_s()
+        words = "" if remaining_s is None else f", about {_duration(remaining_s)} left"
+        return f"{steps}, {_duration(elapsed)} elapsed{words}"
 
     def _tell(self, words: str) -> None:
         separator = " " if words == "…" else ": "
@@ -141,18 +188,36 @@ def notebook_bar(label: str, unit: str) -> Iterator[Step]:
         delay=0.5,
         disable=not (in_notebook or sys.stderr.isatty()),
         leave=False,
+        bar_format=_STEPS,
     )
+    remaining = RemainingTime()
+
+    def step(done: int, total: int, what: str) -> None:
+        remaining.step(done, total)
+        _count(bar, done, total, what, remaining)
+
     try:
-        yield lambda done, total, what: _count(bar, done, total, what)
+        yield step
     finally:
         bar.close()
 
 
-def _count(bar: Any, done: int, total: int, what: str) -> None:
+def _count(bar: Any, done: int, total: int, what: str, remaining: RemainingTime) -> None:
     if bar.disable:  # tqdm gives a bar that is not shown none of the attributes below
         return
     if done and bar.bar_format == _BEFORE_THE_FIRST_STEP:
         bar.bar_format = _STEPS
+    _tell_remaining(bar, remaining)
     bar.total = total
     bar.set_postfix_str(what, refresh=False)
     bar.update(done - bar.n)
+
+
+def _tell_remaining(bar: Any, remaining: RemainingTime) -> None:
+    """Our estimate in the place of the bar's own, which knows no work of several parts."""
+    if bar.bar_format == _BEFORE_THE_FIRST_STEP:
+        return
+    seconds = remaining.estimate_s()
+    bar.bar_format = (
+        _STEPS if seconds is None else _STEPS_AND_TIME.replace("REMAINING", _duration(seconds))
+    )

@@ -185,7 +185,7 @@ def _virtual_campaign(story: _Story) -> None:
     from ...doe.sheet import write_sheet
     from .virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
 
-    with progress_bar(f"Simulating {REHEARSAL.name}", "recordings") as step:
+    with progress_bar(f"Simulating {REHEARSAL.name}", "%") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
     with story.store.reading() as session:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
@@ -263,7 +263,7 @@ def _gap(story: _Story) -> None:
     )
     from .virtual_campaign import fire_campaign
 
-    with progress_bar(f"Simulating {CHANGED.name}", "recordings") as step:
+    with progress_bar(f"Simulating {CHANGED.name}", "%") as step:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
     with progress_bar(f"Diagnosing {CHANGED.name}", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)

@@ -13,6 +13,7 @@ import numpy as np
 from ...doe.plans import StoredPlan, UnknownPlanError, read_plan
 from ...ingest.load import ingest_folder
 from ...ingest.storing.plan_link import link_campaign
+from ...parallel.phases import Phases
 from ...schema.listings import iter_shots
 from ...schema.session import Store
 from ..common.nominal_velocity import with_predictions
@@ -93,6 +94,8 @@ class VirtualCampaign:
     effects: Mapping[str, float] = field(default_factory=dict)
 
 
+#: Seconds of a processor for a recording, where it is simulated and where it is ingested.
+_SIMULATION_S, _INGEST_S = 2.0, 0.2
 #: Chapters 2 to 4.
 REHEARSAL = VirtualCampaign(NAME, runs=None, repetitions=1, seed=SEED)
 
@@ -102,10 +105,14 @@ def fire_campaign(
 ) -> RehearsalResult:
     """Plan, simulate and ingest a campaign; what is there already is not made again."""
     plan = _plan_of(store, campaign)
+    phases = Phases(step, {"simulating": _SIMULATION_S, "ingesting": _INGEST_S})
     if not (folder / "campaign.toml").is_file():
-        step(0, len(plan.runs) * campaign.repetitions, "solving the plate")
-        simulate_plan(plan, folder, seed=campaign.seed, effects=campaign.effects, progress=step)
-    report = ingest_folder(store, folder, progress=step)
+        simulating = phases.of("simulating")
+        simulating(0, len(plan.runs) * campaign.repetitions, "solving the plate")
+        simulate_plan(
+            plan, folder, seed=campaign.seed, effects=campaign.effects, progress=simulating
+        )
+    report = ingest_folder(store, folder, progress=phases.of("ingesting"))
     link_campaign(store, campaign.name, campaign.name)
     with store.reading() as session:
         runs = read_plan(session, campaign.name).runs

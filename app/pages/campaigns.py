@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -24,6 +24,7 @@ from ..operations.ingest.planned_achieved import (
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
 from ..operations.plan.figures import coverage_figure
 from ..web.dependencies import Name, OpenStore
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
 
 
@@ -56,7 +57,7 @@ router = APIRouter()
 PAGE = 50
 
 
-@router.get("/campaigns")
+@router.get("/campaigns", dependencies=[Depends(THE_STORE)])
 def campaigns(
     request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = ""
 ) -> Response:
@@ -86,7 +87,7 @@ def campaigns(
     )
 
 
-@router.get("/campaigns/{name}")
+@router.get("/campaigns/{name}", dependencies=[Depends(THE_STORE)])
 def campaign(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         overview = campaign_overview(session, name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -25,6 +25,7 @@ from ..operations.train.figures import version_rows
 from ..operations.train.train import TRAIN
 from ..operations.train.wording import bounded, model_sentences, share, share_range
 from ..web.dependencies import Configured, Name, OpenStore
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, part
 
 router = APIRouter()
@@ -88,7 +89,7 @@ def store_rows(session: Session) -> list[dict[str, Any]]:
     return list_snapshots(session)[::-1]
 
 
-@router.get("/datasets")
+@router.get("/datasets", dependencies=[Depends(STORE_AND_MODELS)])
 def datasets(request: Request, store: OpenStore, settings: Configured) -> Response:
     return page(
         request,
@@ -99,7 +100,7 @@ def datasets(request: Request, store: OpenStore, settings: Configured) -> Respon
     )
 
 
-@router.get("/datasets/{name}")
+@router.get("/datasets/{name}", dependencies=[Depends(STORE_AND_MODELS)])
 def dataset(
     request: Request, name: Name, store: OpenStore, settings: Configured, existing: bool = False
 ) -> Response:

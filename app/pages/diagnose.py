@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -26,6 +26,7 @@ from ..operations.form import controls
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
 
 router = APIRouter()
@@ -35,7 +36,7 @@ _FIELDS = ("campaign", "simulator")
 _DETAILS = ("tolerances", "uncertain", "seed", "modes", "bench")
 
 
-@router.get("/diagnoses")
+@router.get("/diagnoses", dependencies=[Depends(THE_STORE)])
 def diagnoses(
     request: Request,
     store: OpenStore,
@@ -93,7 +94,7 @@ def what_if(
     return followed(ask_operation(DIAGNOSE, again, laboratory, jobs))
 
 
-@router.get("/diagnoses/{diagnosis}")
+@router.get("/diagnoses/{diagnosis}", dependencies=[Depends(THE_STORE)])
 def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
     with store.reading() as session:
         report = kept_report(session, diagnosis)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Form, Query
+from fastapi import APIRouter, Depends, Form, Query
 from sqlalchemy import Select, select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
@@ -30,6 +30,7 @@ from ..operations.faults import FieldError
 from ..operations.impacts.listing import ImpactRows
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import status_of_fault
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, part, query
 
 router = APIRouter()
@@ -55,7 +56,7 @@ class Menu:
     chosen: str
 
 
-@router.get("/impacts")
+@router.get("/impacts", dependencies=[Depends(THE_STORE)])
 def impacts(
     request: Request,
     store: OpenStore,
@@ -163,7 +164,7 @@ def thumbnail_points(forces_n: Sequence[float]) -> str:
     return " ".join(f"{i * step:.1f},{height:.1f}" for i, height in enumerate(heights))
 
 
-@router.get("/shots")
+@router.get("/shots", dependencies=[Depends(THE_STORE)])
 def shots(
     request: Request,
     store: OpenStore,

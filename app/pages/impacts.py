@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -44,6 +44,7 @@ from ..operations.ingest.request import ExtractionChoice
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, Key, OpenStore
 from ..web.forms import status_of_fault
+from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
 
 router = APIRouter()
@@ -51,7 +52,7 @@ router = APIRouter()
 POINTS = 2000
 
 
-@router.get("/impacts/{impact}")
+@router.get("/impacts/{impact}", dependencies=[Depends(THE_STORE)])
 def impact(
     request: Request, impact: Key, store: OpenStore, settings: Configured, preview: bool = False
 ) -> Response:
@@ -175,7 +176,7 @@ PULSES = 400
 SPECTRA = 6
 
 
-@router.get("/compare")
+@router.get("/compare", dependencies=[Depends(THE_STORE)])
 def compare(
     request: Request,
     store: OpenStore,
@@ -287,7 +288,7 @@ def _some_impacts(
     return [impact for (impact,) in rows]
 
 
-@router.get("/compare/spectra")
+@router.get("/compare/spectra", dependencies=[Depends(THE_STORE)])
 def spectra(
     request: Request,
     store: OpenStore,

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, HTTPException, Query
+from fastapi import APIRouter, Depends, HTTPException, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -26,6 +26,7 @@ from ..operations.plan.figures import balance_figure, correlation_figure, pairs_
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
 from ..web.dependencies import Name, OpenStore
+from ..web.page_sources import THE_STORE
 from ..web.rendering import named_file, number, page
 
 router = APIRouter()
@@ -39,7 +40,7 @@ _FORMATS = {
 }
 
 
-@router.get("/plans")
+@router.get("/plans", dependencies=[Depends(THE_STORE)])
 def plans(request: Request, store: OpenStore) -> Response:
     with store.reading() as session:
         rows = list_plans(session)
@@ -77,7 +78,7 @@ def _factor_row(factor: DesignFactor) -> dict[str, Any]:
     return {"factor": heading(factor.column), "levels": levels, "change": effort}
 
 
-@router.get("/plans/{name}")
+@router.get("/plans/{name}", dependencies=[Depends(THE_STORE)])
 def plan(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         plan = read_plan(session, name)
@@ -143,7 +144,7 @@ def _power_row(term: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-@router.get("/plans/{name}/sheet")
+@router.get("/plans/{name}/sheet", dependencies=[Depends(THE_STORE)])
 def sheet(request: Request, name: Name, store: OpenStore, run: ShownRun = None) -> Response:
     """The run sheet at the bench: one run large, which is the next one unless another is named; the
     others small."""

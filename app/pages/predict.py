@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -37,6 +37,7 @@ from ..operations.predict.validity import field_warnings
 from ..twins.building import BuiltTwin
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, query
 from ..web.shot_address import built_twin, read_address, twin_at
 
@@ -45,7 +46,7 @@ router = APIRouter()
 _SERIES = ("force", "acceleration", "srs")
 
 
-@router.get("/twin")
+@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS)])
 def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     """The page; a value of the address that cannot be used is named at its control, and the others
     are kept."""

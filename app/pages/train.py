@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import Response
@@ -69,6 +69,7 @@ from ..operations.train.wording import (
     version_tables,
 )
 from ..web.dependencies import Configured, Key, Name, OpenStore, Word
+from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ _WORDS: dict[str, Any] = {
 }
 
 
-@router.get("/models")
+@router.get("/models", dependencies=[Depends(STORE_AND_MODELS)])
 def models(
     request: Request,
     store: OpenStore,
@@ -189,7 +190,7 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
     return None
 
 
-@router.get("/models/compare")
+@router.get("/models/compare", dependencies=[Depends(STORE_AND_MODELS)])
 def compare(
     request: Request,
     store: OpenStore,
@@ -265,7 +266,7 @@ def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
     }
 
 
-@router.get("/models/{name}/{version}")
+@router.get("/models/{name}/{version}", dependencies=[Depends(STORE_AND_MODELS)])
 def model(
     request: Request,
     name: Name,

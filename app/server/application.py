@@ -9,6 +9,7 @@ from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
+from anyio import to_thread
 from fastapi import Depends, FastAPI
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ValidationError
@@ -56,12 +57,14 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.page_sources import SourceStamps
 from ..web.rendering import page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
 from ..web.warm_up import warm_up_in_thread
 from .compression import Compression
+from .page_cache import PageCache
 
 #: A new feature's `api` and `pages` get a word here.
 _API = (
@@ -125,6 +128,9 @@ _WORDS = {
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": Problem, "description": words} for status, words in _WORDS.items()
 }
+#: Pages that are made at once. More threads than that take turns on the interpreter: each waits
+#: longer, and each holds memory.
+_THREADS = 4
 _ABOUT = """\
 The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in \
 the keys.
@@ -140,14 +146,17 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     """
     worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
     jobs, twins = Jobs(store, worker), TwinCache(store, settings.db)
+    sources = SourceStamps(store.engine, settings.db)
 
     @asynccontextmanager
     async def alive(_: FastAPI) -> AsyncIterator[None]:
         if warm:
             warm_up_in_thread(twins)
         jobs.begin()
+        to_thread.current_default_thread_limiter().total_tokens = _THREADS
         yield
         jobs.close()
+        sources.close()
 
     app = FastAPI(
         title="pyroshock",
@@ -174,9 +183,10 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         app.include_router(module.router, include_in_schema=False)
     app.get("/static/report.css", include_in_schema=False)(_report_style)
     app.get("/static/{name}", include_in_schema=False)(_static)
-    app.add_middleware(Compression)
     _tell_errors(app)
-    return Guard(app, settings, app.state.sign_in)
+    routes = [*form_router().routes, *(route for module in PAGES for route in module.router.routes)]
+    pages = PageCache(app, routes, sources)
+    return Guard(Compression(pages), settings, app.state.sign_in)
 
 
 def _static(request: Request, name: str) -> Response:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -92,6 +93,9 @@ def serve(
     Example:
         pyroshock serve --open
     """
+    # Threads of a matrix product spin while they wait; here many readers share the processors.
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
     with errors_as_one_line():
         _need_packages()
         from ..web.settings import MEGABYTE, Settings
@@ -109,7 +113,9 @@ def serve(
         )
     with open_command_store(db, create=True) as store:
         from .application import application
+        from .memory import return_freed_memory
 
+        return_freed_memory()
         _listen(application(settings, store, warm=True), settings, show)
 
 

@@ -8,6 +8,8 @@ SameSite=strict, so that no other site makes a browser ask for a page of a sessi
 from __future__ import annotations
 
 import gzip
+import struct
+import zlib
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -68,3 +70,16 @@ def _compress(start: Message, message: Message) -> Message:
     headers.add_vary_header("Accept-Encoding")
     start["headers"] = headers.raw
     return {**message, "body": body}
+
+
+def deflate(text: bytes) -> bytes:
+    """A piece of a compressed body (RFC 1951): it ends at a whole byte and refers to no other."""
+    compressor = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
+    return compressor.compress(text) + compressor.flush(zlib.Z_FULL_FLUSH)
+
+
+def gzip_of(text: bytes, pieces: bytes) -> bytes:
+    """The gzip file (RFC 1952) of a text whose pieces `deflate` has compressed."""
+    head = b"\x1f\x8b\x08" + bytes(6) + b"\xff"
+    end = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS).flush()
+    return head + pieces + end + struct.pack("<II", zlib.crc32(text), len(text) & 0xFFFFFFFF)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from datetime import date, datetime
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, urlencode
@@ -123,7 +123,11 @@ def part(name: object) -> str:
 
 def as_data(value: Any) -> Markup:
     """JSON within a script element: nothing in it can end the element."""
-    text = json.dumps(finite(value), allow_nan=False, separators=(",", ":"), default=str)
+    write = partial(json.dumps, allow_nan=False, separators=(",", ":"), default=str)
+    try:
+        text = write(value)  # a chart has no gaps as a rule: its numbers are gone through once
+    except ValueError:
+        text = write(finite(value))
     # so escaped
     return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704
 

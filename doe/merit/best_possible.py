@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -95,6 +96,7 @@ def _most_differences(sizes: Sequence[int], runs: int) -> int:
     return min(math.floor(average + 1e-9), max(enough))
 
 
+@lru_cache(maxsize=64)
 def random_reference(space: Space, runs: int) -> Mapping[str, float]:
     """Figure of `quality.FIGURES` to its median over runs drawn at random from all treatments, 40
     times, seed 0."""

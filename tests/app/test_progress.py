@@ -12,7 +12,8 @@ import time
 
 import pytest
 from pyroshock.app.common import progress
-from pyroshock.app.common.progress import notebook_bar, progress_bar
+from pyroshock.app.common.progress import RemainingTime, notebook_bar, progress_bar
+from pyroshock.parallel.phases import WHOLE, Phases
 
 LONG = (
     "simulate spring --out out", "ingest spring", "train spring", "tune --target spec.csv",
@@ -64,9 +65,11 @@ def test_a_log_has_lines_at_the_beginning_and_the_end_and_between_them_how_much_
     monkeypatch.setattr(progress, "SILENT_S", 0.05)
     monkeypatch.setattr(progress, "BETWEEN_LINES_S", 0.1)
     with progress_bar("Firing", "shots") as step:
+        time.sleep(0.1)
+        step(0, 4, "run 1")
+        time.sleep(0.1)
+        step(1, 4, "run 2")
         time.sleep(0.2)
-        step(1, 4, "run 1")
-        time.sleep(0.25)
     first, second, *_, before_last, last = capfd.readouterr().err.splitlines()
     assert (first, second, last) == ("Firing …", "Firing: 0 s elapsed", "Firing: done in 0 s")
     assert before_last.startswith("Firing: 1 of 4 shots, 0 s elapsed, about ")
@@ -117,3 +120,78 @@ def test_a_bar_of_the_library_that_is_not_shown_takes_its_steps(capfd):
     with notebook_bar("Firing", "shots") as step:
         step(1, 4, "run 1")
     assert capfd.readouterr().err == ""
+
+
+class Clock:
+    """Shows the time that a test sets."""
+
+    now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def estimates(ends_s: list[float], begin_s: float = 0.0, told_first: bool = False):
+    """The estimate after each step of work whose steps end at these times."""
+    clock = Clock()
+    remaining, after = RemainingTime(clock), []
+    clock.now_s = begin_s
+    if told_first:
+        remaining.step(0, len(ends_s))
+    for done, end_s in enumerate(ends_s, 1):
+        clock.now_s = end_s
+        remaining.step(done, len(ends_s))
+        after.append(remaining.estimate_s())
+    return after
+
+
+def test_nothing_is_said_before_a_tenth_of_the_work_is_done():
+    after = estimates([float(end) for end in range(1, 41)])
+    assert after[:4] == [None] * 4
+    assert after[4:] == pytest.approx([40.0 - end for end in range(5, 41)])
+
+
+@pytest.mark.parametrize("told_first", [False, True])
+def test_a_long_begin_is_not_taken_for_the_pace_of_the_work(told_first):
+    """A minute of imports and a first step of ten seconds, then a step each second."""
+    after = estimates([70.0 + step for step in range(40)], 60.0, told_first)
+    assert after[4:] == pytest.approx([39.0 - step for step in range(4, 40)])
+
+
+def test_between_two_steps_the_estimate_falls_with_the_clock_and_then_waits():
+    clock = Clock()
+    remaining = RemainingTime(clock)
+    seen = []
+    for now_s, done in ((10.0, 1), (20.0, 2), (25.0, None), (30.0, None), (60.0, None)):
+        clock.now_s = now_s
+        if done is not None:
+            remaining.step(done, 4)
+        seen.append(remaining.estimate_s())
+    assert seen[0] is None and seen[1:] == pytest.approx([20.0, 15.0, 10.0, 10.0])
+
+
+def test_other_work_begins_where_fewer_steps_are_done_than_before():
+    """Simulated in ten seconds each, and then read in one second each."""
+    clock = Clock()
+    remaining = RemainingTime(clock)
+    for done in range(1, 11):
+        clock.now_s = 10.0 * done
+        remaining.step(done, 10)
+    assert remaining.estimate_s() == 0.0
+    for done in range(1, 6):
+        clock.now_s = 100.0 + done
+        remaining.step(done, 10)
+        assert remaining.estimate_s() == (None if done == 1 else pytest.approx(10.0 - done))
+
+
+def test_phases_share_one_scale_by_what_they_cost():
+    seen = []
+    phases = Phases(lambda *step: seen.append(step), {"labels": 1.0, "answers": 8.0, "score": 1.0})
+    for name, steps in (("labels", 2), ("answers", 4), ("score", 1)):
+        step = phases.of(name)
+        for done in range(1, steps + 1):
+            step(done, steps, name)
+    shares = [done for done, total, _ in seen if total == WHOLE]
+    assert shares == [5, 10, 30, 50, 70, 90, 100]
+    with pytest.raises(KeyError):
+        phases.of("oracles")

@@ -21,7 +21,7 @@ WANTED = {
     "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "library",
     "srs", "gun",
     "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
-    "row-hashes",
+    "row-hashes", "serving",
 }  # fmt: skip
 SPECTRUM = Figure(
     "Spectra", "pyyeti", "3 ms", "34 ms", Spread(0.091, 0.08, 0.1), 1 / 8, "the recursion: 1 ms",

@@ -175,7 +175,7 @@ BLIND_CHECK: Operation[BlindCheckRequest, BlindCheckScore] = Operation(
     "labels are opened after the last one.",
     example="pyroshock blind-check --cases 8 --seed 7 --tier realistic --split development",
     long=True,
-    steps="cases",
+    steps="%",
     uses_store=False,
     workers="Set the number of processes.",
     label=lambda request: f"of {request.cases} cases" if request.cases else "of finished checks",

@@ -111,6 +111,7 @@ DIAGNOSE = Operation(
     "pyroshock diagnose slow-valve --with gun.valve_flow,gun.blow_by",
     route=("POST", "/diagnoses"),
     long=True,
+    steps="%",
     needs_store=False,
     outputs=(Output("html", "Write the result to FILE as a page.", _write_page),),
     label=lambda request: request.words,

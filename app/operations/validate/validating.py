@@ -56,7 +56,7 @@ VALIDATE: Operation[ValidationRequest, TwinValidation] = Operation(
     example="pyroshock validate rehearsal --folds 2 --draws 20 --out validation.html",
     route=("POST", "/validate"),
     long=True,
-    steps="shots",
+    steps="%",
     outputs=(
         Output(
             "out",

@@ -17,6 +17,7 @@ import numpy as np
 from ....dataset.build_table import configuration_text
 from ....dataset.rows import levels_of
 from ....dataset.snapshot import SnapshotError, read_snapshot
+from ....parallel.phases import WHOLE, Phases
 from ....training.evaluation.unseen_configurations import without_configurations
 from ....training.models.training_task import rng_of
 from ....training.registry.contact_stage import RegisteredContact
@@ -48,6 +49,7 @@ from .verdict import (
 )
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from sqlalchemy.orm import Session
 
     from ....dataset.table import PulseTable
@@ -55,6 +57,8 @@ if TYPE_CHECKING:
     from .request import ValidationRequest
 
 
+#: What learning one twin, and one draw of a prediction, cost a processor in seconds.
+_LEARNING_S, _DRAW_S = 10.0, 0.003
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
 COLUMNS = ("quantity", "shots", "configurations", "independent values", "inside 50 % band",
            "inside 90 % band", "at least", "at most", "median error", "mean deviation",
@@ -409,15 +413,21 @@ def predicted_folds(
     generators = rng.spawn(len(shots))
     draws: dict[int, ShotDraws] = {}
     missing: list[str] = []
+    phases = Phases(step, _fold_costs(shots, folds, request.draws))
     for fold_number, held_out in enumerate(folds, 1):
         twins: dict[str, BuiltTwin] = {}
         configurations = np.unique(shots.configuration[held_out]).tolist()
-        for row in np.flatnonzero(held_out).tolist():
+        words = f"fold {fold_number} of {len(folds)}"
+        plates = len(_plates_of(shots, held_out))
+        learning, predicting = phases.of(f"learning {fold_number}"), phases.of(f"{fold_number}")
+        learning(0, plates, words)
+        rows = np.flatnonzero(held_out).tolist()
+        for done, row in enumerate(rows, 1):
             setting = shots.settings[row]
-            step(len(draws) + len(missing), len(shots), f"fold {fold_number} of {len(folds)}")
             try:
                 if setting.plate.name not in twins:
                     twins[setting.plate.name] = twin_without(configurations, setting.plate.name)
+                    learning(len(twins), plates, words)
                 twin = twins[setting.plate.name].twin
                 force = shots.given_force(row)
                 prediction = twin.predict(
@@ -426,8 +436,27 @@ def predicted_folds(
                 draws[row] = prediction.draws
             except (ValueError, LookupError) as error:
                 missing.append(f"shot {row + 1} is not predicted: {error}")
-    step(len(shots), len(shots), "scoring")
+            if len(twins) == plates:
+                predicting(done, len(rows), words)
+    step(WHOLE, WHOLE, "scoring")
     return len(folds) if several else 0, dict(sorted(draws.items())), missing
+
+
+def _plates_of(shots: MeasuredShots, held_out: NDArray[np.bool_]) -> set[str]:
+    """The plates that the shots of a fold hit: each has a twin of its own."""
+    return {shots.settings[row].plate.name for row in np.flatnonzero(held_out).tolist()}
+
+
+def _fold_costs(
+    shots: MeasuredShots, folds: Sequence[NDArray[np.bool_]], draws: int
+) -> dict[str, float]:
+    """Seconds of each fold for its twins, which learn from all other shots, and for its
+    predictions, as measured on a campaign of 36 shots."""
+    costs: dict[str, float] = {}
+    for fold_number, held_out in enumerate(folds, 1):
+        costs[f"learning {fold_number}"] = _LEARNING_S * len(_plates_of(shots, held_out))
+        costs[f"{fold_number}"] = _DRAW_S * draws * int(np.sum(held_out))
+    return costs
 
 
 def _without_plate(built: BuiltTwin) -> BuiltTwin:

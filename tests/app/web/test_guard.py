@@ -146,7 +146,7 @@ def test_pages_carry_the_token_and_every_route_that_writes_asks_for_it(
     )
     parts, sent = (b"a" * 100_000 for _ in range(30)), sent | {"content-type": "application/json"}
     assert client.post("/api/diagnoses", content=parts, headers=sent).status_code == 413
-    store: Store = client.app.app.state.store  # type: ignore[attr-defined]
+    store: Store = client.app.app.app.app.state.store  # type: ignore[attr-defined]
     before, files = count_rows(store), [("files", ("../../campaign.toml", b"x"))]
     answer = client.post("/ingest/upload", data={"csrf": token(client)}, files=files)
     assert (
