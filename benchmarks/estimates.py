@@ -72,10 +72,10 @@ class Estimates:
     def half_error(self) -> float | None:
         """The error of the estimate at half time, over the time that remained; None where nothing
         was told then."""
-        now, told = next(
+        now, estimate_s = next(
             (sample for sample in self.samples if sample[0] >= self.total_s / 2), (0.0, None)
         )
-        return None if told is None else told / (self.total_s - now) - 1.0
+        return None if estimate_s is None else estimate_s / (self.total_s - now) - 1.0
 
     def row(self, name: str) -> str:
         first, error = self.first_share, self.half_error

@@ -162,14 +162,16 @@ def _port(log: Path, process: subprocess.Popen[bytes], patience_s: float = 120.0
     """Where a server listens, once it answers. Raises `TimeoutError`."""
     deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline and process.poll() is None:
-        found = _LISTENS.search(log.read_text())
-        if found is not None:
+        listening = _LISTENS.search(log.read_text())
+        if listening is not None:
             try:
-                _ask(http.client.HTTPConnection("127.0.0.1", int(found[1]), timeout=10), "/jobs")
+                _ask(
+                    http.client.HTTPConnection("127.0.0.1", int(listening[1]), timeout=10), "/jobs"
+                )
             except OSError:
-                pass
+                pass  # it has told its port, and does not answer yet
             else:
-                return int(found[1])
+                return int(listening[1])
         time.sleep(0.1)
     raise TimeoutError(f"no server listens after {patience_s:g} s: {log.read_text()[-500:]}")
 
@@ -217,7 +219,7 @@ def _peak_bytes(pid: int) -> float:
     """The most memory that a process had so far; NaN where the system does not tell."""
     try:
         status = Path(f"/proc/{pid}/status").read_text()
-    except OSError:
+    except OSError:  # a system without /proc, or a process that has ended
         return float("nan")
-    found = re.search(r"VmHWM:\s+(\d+) kB", status)
-    return 1024.0 * int(found[1]) if found else float("nan")
+    peak_match = re.search(r"VmHWM:\s+(\d+) kB", status)
+    return 1024.0 * int(peak_match[1]) if peak_match else float("nan")

@@ -33,8 +33,8 @@ class Phases:
         """
         cost = self._costs[phase]
         names = list(self._costs)
-        before = sum(self._costs[name] for name in names[: names.index(phase)])
-        return partial(self._step, before, cost)
+        cost_before = sum(self._costs[name] for name in names[: names.index(phase)])
+        return partial(self._step, cost_before, cost)
 
     def begin(self, phase: str) -> None:
         """Tells that a phase begins, of which no steps are told.
@@ -45,6 +45,6 @@ class Phases:
         self.of(phase)(0, 1, phase)
 
     def _step(self, before: float, cost: float, done: int, total: int, what: str) -> None:
-        whole = sum(self._costs.values())
+        whole_cost = sum(self._costs.values())
         share = before + cost * (done / total if total else 0.0)
-        self._progress(round(WHOLE * share / whole), WHOLE, what)
+        self._progress(round(WHOLE * share / whole_cost), WHOLE, what)

@@ -40,9 +40,11 @@ class ChangeStamp:
         of a database in memory, of a file that is not there, and of one that is locked or lost.
         """
         if isinstance(self._database, Engine):
+            # A server that is lost gives no stamp, and the page that asks for it tells the fault.
             with suppress(DBAPIError), self._database.connect() as connection:
                 return str(connection.scalar(text("SELECT pg_current_snapshot()")))
             return None
+        # The same of a file that is not there or locked.
         with self._lock, suppress(OSError, sqlite3.Error):
             return self._read(self._database)
         return None

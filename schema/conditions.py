@@ -383,7 +383,7 @@ class _LevelTest:
     def of(cls, condition: Condition) -> _LevelTest:
         try:
             number = float(condition.value)
-        except ValueError:
+        except ValueError:  # a level that is a text, such as a material
             number = None
         return cls(condition.field, condition.operator, str(condition.value), number)
 
@@ -425,10 +425,12 @@ def _selection(place: int, operator: str, is_number: bool) -> Select[Any]:
         matches = (
             or_(numeric, and_(level.number.is_(None), matches)) if operator in "!=" else numeric
         )
-    factors, own = Factor.__table__.c, ConfigurationLevel.__table__.c
+    factors, levels_of_configurations = Factor.__table__.c, ConfigurationLevel.__table__.c
     factor = select(factors.id).where(factors.name == value("factor")).scalar_subquery()
     levels = select(level.id).where(level.factor_id == factor, matches)
-    return select(own.configuration_id).where(own.level_id.in_(levels))
+    return select(levels_of_configurations.configuration_id).where(
+        levels_of_configurations.level_id.in_(levels)
+    )
 
 
 @cache

@@ -380,11 +380,11 @@ def _verified(frame: bytes) -> memoryview:
     what was written."""
     size = len(frame)
     declared = _NUMBER.unpack_from(frame, _FRAME_BYTES_AT)[0] if size >= _HEADER_BYTES else 0
-    rest = size - declared
-    if declared < _HEADER_BYTES or rest not in (0, _CHECKSUM_BYTES):
+    trailing_bytes = size - declared
+    if declared < _HEADER_BYTES or trailing_bytes not in (0, _CHECKSUM_BYTES):
         raise ValueError(f"a frame of {size} bytes that declares {declared}")
     packed = memoryview(frame)[:declared]
-    if rest and zlib.crc32(packed) != _NUMBER.unpack_from(frame, declared)[0]:
+    if trailing_bytes and zlib.crc32(packed) != _NUMBER.unpack_from(frame, declared)[0]:
         raise ValueError("its checksum is another: bytes of it have changed since it was written")
     return packed
 

@@ -211,11 +211,11 @@ class Store:
             "written_by_id": self.written_by(session)
         }
         session.flush()
-        connection, own = session.connection(), metadata.tables[table.__tablename__]
-        keys = reserve_keys(connection, own, len(rows))
+        connection, row_table = session.connection(), metadata.tables[table.__tablename__]
+        keys = reserve_keys(connection, row_table, len(rows))
         keyed = [{**every, **row, "id": key} for row, key in zip(rows, keys, strict=True)]
         # Into the table: SQLAlchemy takes as long again for rows of a model.
-        connection.execute(insert(own), keyed)
+        connection.execute(insert(row_table), keyed)
         return keys
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:

@@ -15,7 +15,7 @@ def return_freed_memory() -> None:
     at once: pages are made by several threads, and what one of them has freed the others could not
     use. Does nothing where the C library is another one.
     """
-    with suppress(OSError, AttributeError):
+    with suppress(OSError, AttributeError):  # another C library, or one without `mallopt`
         mallopt = ctypes.CDLL("libc.so.6").mallopt
         mallopt(_M_ARENA_MAX, 1)
         mallopt(_M_MMAP_THRESHOLD, _LARGE_BYTES)

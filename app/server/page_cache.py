@@ -114,9 +114,9 @@ class PageCache:
         async def collect(message: Message) -> None:
             answer.append(message)
 
-        common = {**scope, "state": {**scope["state"], "csrf": self._token}}
+        common_scope = {**scope, "state": {**scope["state"], "csrf": self._token}}
         try:
-            await self.app(common, receive, collect)
+            await self.app(common_scope, receive, collect)
         except Exception:  # the application tells of a fault of its own, and raises it
             for message in answer:
                 await send(message)
@@ -125,9 +125,9 @@ class PageCache:
         body = b"".join(message.get("body", b"") for message in bodies)
         parts = body.split(self._token.encode())
         if start["status"] != 200:
-            own = scope["state"]["csrf"].encode().join(parts)
+            page_of_reader = scope["state"]["csrf"].encode().join(parts)
             await send(start)
-            await send({"type": "http.response.body", "body": own})
+            await send({"type": "http.response.body", "body": page_of_reader})
             return None
         deflated = await to_thread.run_sync(lambda: [deflate(part) for part in parts])
         page = _Page(stamp, start["headers"], parts, deflated)

@@ -126,7 +126,7 @@ def as_data(value: Any) -> Markup:
     write = partial(json.dumps, allow_nan=False, separators=(",", ":"), default=str)
     try:
         text = write(value)  # a chart has no gaps as a rule: its numbers are gone through once
-    except ValueError:
+    except ValueError:  # there is a gap: NaN, which JSON does not have
         text = write(finite(value))
     # so escaped
     return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))  # noqa: S704

@@ -134,40 +134,40 @@ class Clock:
 def estimates(ends_s: list[float], begin_s: float = 0.0, told_first: bool = False):
     """The estimate after each step of work whose steps end at these times."""
     clock = Clock()
-    remaining, after = RemainingTime(clock), []
+    remaining, remaining_s = RemainingTime(clock), []
     clock.now_s = begin_s
     if told_first:
         remaining.step(0, len(ends_s))
     for done, end_s in enumerate(ends_s, 1):
         clock.now_s = end_s
         remaining.step(done, len(ends_s))
-        after.append(remaining.estimate_s())
-    return after
+        remaining_s.append(remaining.estimate_s())
+    return remaining_s
 
 
 def test_nothing_is_said_before_a_tenth_of_the_work_is_done():
-    after = estimates([float(end) for end in range(1, 41)])
-    assert after[:4] == [None] * 4
-    assert after[4:] == pytest.approx([40.0 - end for end in range(5, 41)])
+    remaining_s = estimates([float(end) for end in range(1, 41)])
+    assert remaining_s[:4] == [None] * 4
+    assert remaining_s[4:] == pytest.approx([40.0 - end for end in range(5, 41)])
 
 
 @pytest.mark.parametrize("told_first", [False, True])
 def test_a_long_begin_is_not_taken_for_the_pace_of_the_work(told_first):
     """A minute of imports and a first step of ten seconds, then a step each second."""
-    after = estimates([70.0 + step for step in range(40)], 60.0, told_first)
-    assert after[4:] == pytest.approx([39.0 - step for step in range(4, 40)])
+    remaining_s = estimates([70.0 + step for step in range(40)], 60.0, told_first)
+    assert remaining_s[4:] == pytest.approx([39.0 - step for step in range(4, 40)])
 
 
 def test_between_two_steps_the_estimate_falls_with_the_clock_and_then_waits():
     clock = Clock()
     remaining = RemainingTime(clock)
-    seen = []
+    estimates_s = []
     for now_s, done in ((10.0, 1), (20.0, 2), (25.0, None), (30.0, None), (60.0, None)):
         clock.now_s = now_s
         if done is not None:
             remaining.step(done, 4)
-        seen.append(remaining.estimate_s())
-    assert seen[0] is None and seen[1:] == pytest.approx([20.0, 15.0, 10.0, 10.0])
+        estimates_s.append(remaining.estimate_s())
+    assert estimates_s[0] is None and estimates_s[1:] == pytest.approx([20.0, 15.0, 10.0, 10.0])
 
 
 def test_other_work_begins_where_fewer_steps_are_done_than_before():
@@ -185,13 +185,15 @@ def test_other_work_begins_where_fewer_steps_are_done_than_before():
 
 
 def test_phases_share_one_scale_by_what_they_cost():
-    seen = []
-    phases = Phases(lambda *step: seen.append(step), {"labels": 1.0, "answers": 8.0, "score": 1.0})
+    told_steps = []
+    phases = Phases(
+        lambda *step: told_steps.append(step), {"labels": 1.0, "answers": 8.0, "score": 1.0}
+    )
     for name, steps in (("labels", 2), ("answers", 4), ("score", 1)):
         step = phases.of(name)
         for done in range(1, steps + 1):
             step(done, steps, name)
-    shares = [done for done, total, _ in seen if total == WHOLE]
+    shares = [done for done, total, _ in told_steps if total == WHOLE]
     assert shares == [5, 10, 30, 50, 70, 90, 100]
     with pytest.raises(KeyError):
         phases.of("oracles")

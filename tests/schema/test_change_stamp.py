@@ -33,7 +33,7 @@ def test_a_stamp_changes_with_each_write_of_another_process_and_with_nothing_els
 def test_reading_changes_no_stamp_and_a_write_of_this_process_does(tables_url):
     with opened(tables_url) as store:
         stamp = ChangeStamp(store.engine)
-        before = stamp.read()
+        former_stamp = stamp.read()
         with store.reading() as session:
             session.connection().exec_driver_sql("SELECT count(*) FROM campaigns")
         after_reading = stamp.read()
@@ -46,7 +46,7 @@ def test_reading_changes_no_stamp_and_a_write_of_this_process_does(tables_url):
             session.connection().exec_driver_sql("CREATE TABLE counts (number INTEGER)")
         after_writing = stamp.read()
         stamp.close()
-    assert before is not None and before == after_reading != after_writing
+    assert former_stamp is not None and former_stamp == after_reading != after_writing
 
 
 def test_a_file_in_the_place_of_another_has_another_stamp(tmp_path):
@@ -54,9 +54,9 @@ def test_a_file_in_the_place_of_another_has_another_stamp(tmp_path):
     for path in (file, other):
         write(path, "create table counts (number)")
     stamp = ChangeStamp(file)
-    before = stamp.read()
+    former_stamp = stamp.read()
     other.replace(file)
-    assert before != stamp.read() is not None
+    assert former_stamp != stamp.read() is not None
     stamp.close()
 
 

@@ -63,6 +63,7 @@ def test_a_package_is_installed_with_the_listed_content_only(
     if installer == "uv":
         uv = Path(sys.executable).with_name("uv")
         if not uv.is_file():
+            # Where the index has no uv, pip alone has installed what runs these tests.
             pytest.skip("uv is not installed beside this Python")
         (environment / "bin" / "uv").symlink_to(uv)
     digest = hashlib.sha256(wheel.read_bytes()).hexdigest()

@@ -100,8 +100,8 @@ def crossings(time_s: Floats, position_m: Floats, velocity_m_s: Floats, level_m:
         middle = (low + high) / 2
         share = (middle - time_s[k]) / step
         position = _position_on_step(position_m, velocity_m_s, k, step, share)
-        before = np.sign(position - level_m) == start
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+        on_start_side = np.sign(position - level_m) == start
+        low, high = np.where(on_start_side, middle, low), np.where(on_start_side, high, middle)
     return np.sort(np.append(high, time_s[side == 0]))
 
 

@@ -224,9 +224,9 @@ def run(
                 return SHORT_ECHO, state, history[:, :count]
             # Trapezoid rule: the force begins at 0, and goes on as it did.
             plate = history[1]
-            before = plate[count - 2] if count > 1 else seen[1]
+            former_force_n = plate[count - 2] if count > 1 else seen[1]
             now = _echo(answer, plate, count, 0) - 0.5 * answer[0] * seen[1]
-            soon = _echo(answer, plate, count, 1) + 0.5 * answer[0] * (2 * seen[1] - before)
+            soon = _echo(answer, plate, count, 1) + 0.5 * answer[0] * (2 * seen[1] - former_force_n)
         peak, deepest = max(peak, seen[0]), max(deepest, seen[4])
         if seen[0] > CREEPING * peak:
             last = count

@@ -213,22 +213,22 @@ def _largest_pairs(
     block, weighted, _ = _orthonormal(start, mass)
     space = np.empty((mass.shape[0], int(_LANCZOS_VECTORS * count) + 4 * _BLOCK), order="F")
     projected = np.zeros((space.shape[1], space.shape[1]))
-    coupling, before = np.zeros((_BLOCK, _BLOCK)), np.zeros_like(block)
+    coupling, former_block = np.zeros((_BLOCK, _BLOCK)), np.zeros_like(block)
     used, look = 0, int(_FIRST_LOOK * count)
     while True:
         if used + _BLOCK > space.shape[1]:
             space = np.concatenate([space, np.empty_like(space)], axis=1)
             projected = np.pad(projected, (0, projected.shape[0]))
-        own = slice(used, used + _BLOCK)
-        space[:, own] = block
+        block_columns = slice(used, used + _BLOCK)
+        space[:, block_columns] = block
         used += _BLOCK
-        following = solve(weighted) - before @ coupling.T
-        projected[own, own] = weighted.T @ following
-        following -= block @ projected[own, own]
+        following = solve(weighted) - former_block @ coupling.T
+        projected[block_columns, block_columns] = weighted.T @ following
+        following -= block @ projected[block_columns, block_columns]
         # Rounding brings back what is in the space already, the stiffest modes first.
         within = space[:, :used].T @ np.asarray(mass @ following)
         following -= space[:, :used] @ within
-        before = block
+        former_block = block
         block, weighted, coupling = _orthonormal(following, mass)
         if used >= look:
             values, vectors = eigh(
@@ -239,7 +239,7 @@ def _largest_pairs(
                 return values[::-1], space[:, :used] @ vectors[:, ::-1]
             look = used + 4 * _BLOCK
         if used + _BLOCK <= projected.shape[0]:
-            projected[used : used + _BLOCK, own] = coupling
+            projected[used : used + _BLOCK, block_columns] = coupling
 
 
 def _orthonormal(block: Floats, mass: csr_array[np.float64]) -> tuple[Floats, Floats, Floats]:

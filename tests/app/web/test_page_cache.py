@@ -78,12 +78,12 @@ def _statements(lab: Lab, address: str) -> int:
 
 def test_every_kept_page_is_tested() -> None:
     routes = [route for module in server.PAGES for route in module.router.routes]
-    kept = [
+    kept_routes = [
         route
         for route in routes
         if any(isinstance(needed.dependency, PageSource) for needed in route.dependencies)
     ]
-    assert len(kept) == len(PAGES)
+    assert len(kept_routes) == len(PAGES)
 
 
 @pytest.mark.parametrize("address", PAGES)
@@ -112,29 +112,29 @@ def test_a_page_shows_at_once_what_this_server_has_stored(filled: Lab) -> None:
 
 
 def test_a_page_shows_at_once_that_a_file_of_a_model_was_altered(filled: Lab) -> None:
-    whole = filled.client.get("/models").text
-    assert "damaged" not in whole and filled.client.get("/models").text == whole
+    page = filled.client.get("/models").text
+    assert "damaged" not in page and filled.client.get("/models").text == page
     place = storage_for(filled.db, {})
     file = next(place.folder.rglob("held_out.npz"))
     content = file.read_bytes()
     file.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
     altered = filled.client.get("/models").text
     file.write_bytes(content)
-    assert altered != whole
+    assert altered != page
     assert "damaged" in altered or "not those" in altered
 
 
 def test_each_reader_has_a_token_of_its_own(filled: Lab) -> None:
-    first, second = (
+    first_client, second_client = (
         TestClient(filled.client.app, base_url=ADDRESS, follow_redirects=False) for _ in range(2)
     )
-    pages = [client.get("/impacts").text for client in (first, second)]
+    pages = [client.get("/impacts").text for client in (first_client, second_client)]
     tokens = [token_in(page) for page in pages]
     assert tokens[0] != tokens[1]
     assert pages[0].replace(tokens[0], tokens[1]) == pages[1]
     form = {"impact": "1", "csrf": tokens[0]}
-    assert first.post("/impacts/compare", data=form).status_code == 303
-    assert second.post("/impacts/compare", data=form).status_code == 403
+    assert first_client.post("/impacts/compare", data=form).status_code == 303
+    assert second_client.post("/impacts/compare", data=form).status_code == 403
 
 
 def test_who_reads_no_gzip_gets_the_same_page(filled: Lab) -> None:

@@ -118,9 +118,12 @@ def test_settings_of_a_training_are_shown(
     monkeypatch.setattr(
         Registry, "fit_settings", lambda _, version: settings if version.name == "tree" else {}
     )
-    own = f"{address}{'&' if '?' in address else '?'}patched=true"  # no page that is kept
+    # Another address than that of a page that is kept.
+    unkept_address = f"{address}{'&' if '?' in address else '?'}patched=true"
     table = (
-        filled.client.get(own).text.partition('<table id="settings">')[2].partition("</table>")[0]
+        filled.client.get(unkept_address)
+        .text.partition('<table id="settings">')[2]
+        .partition("</table>")[0]
     )
     for words in ("force.kernel", "matern &lt;5/2&gt;", "0.0125", "True"):
         assert words in table

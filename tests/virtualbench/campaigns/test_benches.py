@@ -79,9 +79,9 @@ def test_laser_of_passages_alone_is_that_of_the_whole_recording(pressure_pa):
     fired = fire(bench.gun, bench.effects, pressure_pa, bullet, np.random.default_rng(1))
     bench = replace(bench, trigger=Trigger(pre_trigger_s=0.4))
     rate_hz = gun.RATE_HZ * gun.SLOW_RATIO
-    whole = shot_signals(fired, bullet, rate_hz, gun.DURATION_S, bench.trigger)["laser"]
-    time = np.arange(whole.size) / rate_hz
-    expected = analog(time, whole, LASER, gun.RATE_HZ, bench.effects)
+    whole_laser = shot_signals(fired, bullet, rate_hz, gun.DURATION_S, bench.trigger)["laser"]
+    time = np.arange(whole_laser.size) / rate_hz
+    expected = analog(time, whole_laser, LASER, gun.RATE_HZ, bench.effects)
     assert np.ptp(expected) > 0.04
     laser = bench._slow(fired, bullet, 0.0)["laser"]
     np.testing.assert_allclose(laser, expected, rtol=0, atol=1e-14)

@@ -65,9 +65,9 @@ def test_decimation_is_scipys_filter_with_the_ends_held(ratio):
 
 def test_offset_after_a_shock_is_of_the_largest_load_that_is_left():
     values = np.random.default_rng(0).standard_normal(300)
-    late = np.subtract.outer(np.arange(300), np.arange(300)) / FS_HZ
-    left = np.where(late >= 0, np.abs(values) * np.exp(-np.maximum(late, 0) / 1e-3), 0)
-    expected = 0.02 * left.max(axis=1)
+    lag_s = np.subtract.outer(np.arange(300), np.arange(300)) / FS_HZ
+    decayed_values = np.where(lag_s >= 0, np.abs(values) * np.exp(-np.maximum(lag_s, 0) / 1e-3), 0)
+    expected = 0.02 * decayed_values.max(axis=1)
     np.testing.assert_allclose(zero_shift(values, 1 / FS_HZ, 0.02, 1e-3), expected, rtol=1e-12)
 
 
