@@ -14,10 +14,11 @@ from functools import cache
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Row, Select, case, func, or_, select, true
+from sqlalchemy import Row, Select, bindparam, case, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from .base import in_batches
+from .campaign_counts import hit_counts
 from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
 from .conditions import (
     CAMPAIGN,
@@ -55,8 +56,7 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
         numbers of its `impacts` and `shots`, and `planned` and `done`, which are runs of the plans
         that it works off.
     """
-    impacts = _count_by_campaign(session, Impact)
-    shots = _count_by_campaign(session, Shot)
+    hits = hit_counts(session)
     plans = list_plan_counts(session)
     columns = (Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
     return [
@@ -64,8 +64,8 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             "name": name,
             "kind": kind,
             "date": date.isoformat(),
-            "impacts": impacts.get(key, 0),
-            "shots": shots.get(key, 0),
+            "impacts": hits[key][0],
+            "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],
             "done": plans.get(key, (0, 0))[1],
         }
@@ -73,11 +73,6 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             select(*columns).order_by(Campaign.date, Campaign.name)
         )
     ]
-
-
-def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> dict[int, int]:
-    rows = session.execute(select(table.campaign_id, func.count()).group_by(table.campaign_id))
-    return dict(iter(rows))
 
 
 def list_plan_counts(
@@ -94,21 +89,38 @@ def list_plan_counts(
         off a plan.
     """
     counts: dict[int, tuple[int, int]] = {}
+    keys = {} if campaigns is None else {"campaigns": campaigns}
     for table in (Impact, Shot):
-        touched = (
-            select(table.campaign_id, PlannedRun.plan_id)
-            .join(PlannedRun, table.planned_run_id == PlannedRun.id)
-            .where(true() if campaigns is None else table.campaign_id.in_(campaigns))
-            .distinct()
-            .subquery()
-        )
-        done = func.sum(case((run_status() == "done", 1), else_=0))
-        query = select(touched.c.campaign_id, func.count(), done).join(
-            PlannedRun, PlannedRun.plan_id == touched.c.plan_id
-        )
-        for campaign, planned, finished in session.execute(query.group_by(touched.c.campaign_id)):
+        for campaign, planned, finished in session.execute(_plan_counts(table, bool(keys)), keys):
             counts[campaign] = (planned, int(finished))
     return counts
+
+
+@cache
+def _plan_counts(table: type[Impact] | type[Shot], of_campaigns: bool) -> Select[Any]:
+    """Of `campaigns`, or of all: the key, and the planned and the done runs of the plans that its
+    hits are of.
+
+    Of all campaigns, the hits are looked up by their planned run, for a database would rather read
+    every hit.
+    """
+    chosen = (
+        table.campaign_id.in_(bindparam("campaigns", expanding=True))
+        if of_campaigns
+        else table.planned_run_id.in_(select(PlannedRun.id))
+    )
+    touched = (
+        select(table.campaign_id, PlannedRun.plan_id)
+        .join(PlannedRun, table.planned_run_id == PlannedRun.id)
+        .where(chosen)
+        .distinct()
+        .subquery()
+    )
+    done = func.sum(case((run_status() == "done", 1), else_=0))
+    query = select(touched.c.campaign_id, func.count(), done).join(
+        PlannedRun, PlannedRun.plan_id == touched.c.plan_id
+    )
+    return query.group_by(touched.c.campaign_id)
 
 
 def iter_impacts(

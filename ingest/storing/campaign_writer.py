@@ -11,6 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from ...schema.campaign_counts import count_added
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_ids
 from ...schema.impacts import ChannelFigures, Impact, Pulse, Shot
@@ -145,7 +146,9 @@ class CampaignWriter:
                 for row in rows
                 if (row.run, row.repetition) not in stored
             ]
-            return self._add_hits(session, campaign, hits, None, None, {})[0]
+            added = self._add_hits(session, campaign, hits, None, None, {})[0]
+            count_added(session.connection(), campaign.id, added.impacts, added.shots)
+            return added
 
         self._added(self._write_rows(FILE, add))
 
@@ -256,6 +259,7 @@ class CampaignWriter:
         self._store.add_rows(session, QualityFinding, findings)
         part = Part(campaign.id, campaign.name, recording.id, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
+        count_added(session.connection(), campaign.id, added.impacts, added.shots)
         return replace(added, recordings=1)
 
     def _reserve_keys(self, session: Session, done: ExtractedRecording) -> None:
