@@ -436,7 +436,7 @@ class OurStore(Storage):
         with self._store.reading() as session:
             where = (Condition(FACTOR, "=", level),)
             columns = (Pulse.id, Pulse.fine_force_n)
-            rows, _ = list_pulses(session, None, where, 10**9, columns)
+            rows, _ = list_pulses(session, None, where, None, columns)
             return [as_floats(row.fine_force_n, f"pulse {row.id}") for row in rows]
 
 

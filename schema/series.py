@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import hashlib
 import zlib
-from collections.abc import Callable, Container, Generator, Iterable, Iterator
+from collections.abc import Container, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
@@ -62,6 +62,11 @@ class Packing:
 
 #: The quickest first.
 PACKINGS = (Packing(b"lz4", 5, True), Packing(b"zstd", 1, True), Packing(b"zstd", 2, False))
+#: Of pulses, which are short and read by the hundred: decoded in a fifth of the time that the
+#: closest takes, in 3 % more room.
+PULSE_PACKING = Packing(b"lz4", 5, False)
+#: In the third byte of a frame: Blosc's number of the codec of the closest packing.
+_ZSTD = 4
 #: What a quicker one may cost of room.
 _WORTH_THE_TIME = 1.02
 
@@ -145,25 +150,24 @@ def chunk_length(samples: int) -> int:
     return min(max(samples // CHUNKS_PER_SERIES // 1024 * 1024, SHORTEST_CHUNK), LONGEST_CHUNK)
 
 
-def encode(samples: NDArray[Any], packing: Packing = PACKINGS[-1]) -> bytes:
+def encode(samples: NDArray[Any], packing: Packing = PULSE_PACKING) -> bytes:
     """One Blosc frame of samples and its checksum.
 
     Parameters:
         samples: The samples (n,) of the chunk.
-        packing: How the frame is packed; by default as the last of `PACKINGS`, the closest one.
+        packing: How the frame is packed; by default as a pulse is.
     """
     frame = _packed(samples, packing)
     return frame + zlib.crc32(frame).to_bytes(_CHECKSUM_BYTES, "little")
 
 
 def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
-    from numcodecs.blosc import BITSHUFFLE, SHUFFLE, compress
-
-    shuffle = BITSHUFFLE if packing.by_bits else SHUFFLE
+    blosc = _blosc()
+    shuffle = blosc.BITSHUFFLE if packing.by_bits else blosc.SHUFFLE
     # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by
     # it.
     return bytes(
-        compress(
+        blosc.compress(
             np.ascontiguousarray(samples), packing.codec, packing.level, shuffle, samples.nbytes
         )
     )
@@ -181,16 +185,17 @@ def decode(frame: bytes, dtype: str) -> NDArray[Any]:
         RuntimeError: For a damaged frame that Blosc itself refuses.
     """
     # A copy of the few bytes takes less time than numcodecs' look at an array to decode into.
-    return np.frombuffer(_decompressor()(_verified(frame)), dtype=dtype).copy()
+    return np.frombuffer(_blosc().decompress(_verified(frame)), dtype=dtype).copy()
 
 
 @cache
-def _decompressor() -> Callable[..., Any]:
+def _blosc() -> Any:
     """Looked up once, for an import takes a fifth of the time of a pulse's frame; and not with the
     module, for numcodecs takes long to import."""
-    from numcodecs.blosc import decompress
+    from numcodecs import blosc
 
-    return cast("Callable[..., Any]", decompress)
+    blosc.use_threads = False  # a frame of one block leaves them nothing to do
+    return blosc
 
 
 def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> EncodedSeries:
@@ -350,7 +355,7 @@ def _frames(
 
 def _decode_into(frame: bytes, target: NDArray[Any], skip: int, layout: SeriesLayout) -> None:
     """Samples of a frame from `skip` on, into `target`."""
-    decompress, step = _decompressor(), layout.step
+    decompress, step = _blosc().decompress, layout.step
     stored = target.dtype if step is None else np.dtype(np.int16)
     packed, content = _verified(frame), content_bytes(frame)
     least, most = (skip + target.size) * stored.itemsize, layout.chunk_samples * stored.itemsize
@@ -430,3 +435,21 @@ def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
         )  # as a word: the type itself takes 7 µs to make
     except (RuntimeError, ValueError) as error:
         raise SeriesError(f"{name} is damaged ({error})") from error
+
+
+def in_closest_packing(frame: bytes) -> bytes:
+    """A pulse's frame as the closest packing has it: by its hash, content is known again whatever
+    packed it.
+
+    Parameters:
+        frame: The frame as it is stored.
+
+    Returns:
+        The frame in the last of `PACKINGS`; a damaged one as it is.
+    """
+    if len(frame) < _HEADER_BYTES or frame[2] >> 5 == _ZSTD:
+        return frame
+    try:
+        return encode(as_floats(frame, "pulse"), PACKINGS[-1])
+    except SeriesError:  # damaged content is another content, and is known by its own bytes
+        return frame
