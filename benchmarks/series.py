@@ -209,7 +209,7 @@ class _StoredSeries:
             )  # fmt: skip
             session.add(recording)
             session.flush()
-            write_series(session, channel.id, encoded.frames, self._store.written_by(session))
+            write_series(session, {channel.id: encoded.frames}, self._store.written_by(session))
             self._key = channel.id
 
     def read(self, part: int, times: int = 1) -> Samples:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import cast
 
-from sqlalchemy import Connection, ForeignKey, Table, func, insert, select, update
+from sqlalchemy import Connection, ForeignKey, Table, bindparam, func, insert, select, update
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from .base import Base, in_batches
@@ -38,6 +38,8 @@ class CampaignCounts(Base):
 
 _COUNTS, _campaigns = (cast("Table", of.__table__) for of in (CampaignCounts, Campaign))
 _KEPT = select(_COUNTS.c.campaign_id, _COUNTS.c.impacts, _COUNTS.c.shots)
+_KEPT_OF_ONE = _KEPT.where(_COUNTS.c.campaign_id == bindparam("campaign")).with_for_update()
+_CHANGED = update(_COUNTS).where(_COUNTS.c.campaign_id == bindparam("campaign"))
 #: Of every campaign; NULL where nothing is kept.
 _KEPT_OF_ALL = select(_campaigns.c.id, _COUNTS.c.impacts, _COUNTS.c.shots).select_from(
     _campaigns.outerjoin(_COUNTS)
@@ -76,9 +78,7 @@ def count_added(connection: Connection, campaign: int, impacts: int, shots: int)
     if not impacts and not shots:
         return
     # The row is locked before it is read: two processes that add to the campaign count both.
-    kept = connection.execute(
-        _KEPT.where(_COUNTS.c.campaign_id == campaign).with_for_update()
-    ).one_or_none()
+    kept = connection.execute(_KEPT_OF_ONE, {"campaign": campaign}).one_or_none()
     if kept is None:
         _keep(connection, campaign, _counted(connection, [campaign])[campaign], is_new=True)
     else:
@@ -106,9 +106,7 @@ def _keep(connection: Connection, campaign: int, counts: Hits, *, is_new: bool) 
     if is_new:
         connection.execute(insert(_COUNTS), row_values)
     else:
-        connection.execute(
-            update(_COUNTS).where(_COUNTS.c.campaign_id == campaign).values(**row_values)
-        )
+        connection.execute(_CHANGED, {**row_values, "campaign": campaign})
 
 
 def _counted(connection: Connection, campaigns: Collection[int]) -> dict[int, Hits]:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import hashlib
 import zlib
-from collections.abc import Container, Generator, Iterable, Iterator
+from collections.abc import Container, Generator, Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
@@ -35,6 +35,7 @@ from sqlalchemy.orm import Session
 
 from .counts import as_counts, from_counts
 from .recordings import RecordedChannel, SeriesChunk
+from .row_hashes import ROW_SHA256, hash_of_new
 
 #: A chunk is this share of its series: shorter ones decode slower (15 µs each), longer ones make
 #: short slices dear.
@@ -227,28 +228,30 @@ def _packing(samples: NDArray[Any]) -> Packing:
 
 def write_series(
     session: Session,
-    channel_id: int,
-    frames: list[bytes],
+    frames: Mapping[int, list[bytes]],
     written_by_id: int,
     without: Container[int] = (),
 ) -> None:
-    """Insert the frames of a channel within the caller's transaction.
+    """Insert the frames of channels within the caller's transaction.
 
     Parameters:
         session: A session that writes to the store.
-        channel_id: The key of the channel's row.
-        frames: All frames of the series, in their order.
+        frames: All frames of each series, in their order, by the key of the channel's row.
         written_by_id: The key of the provenance row of the program that writes.
         without: The numbers of the chunks that are not inserted, counted from 0; by default none.
     """
-    rows = [
+    rows: list[dict[str, Any]] = [
         {"channel_id": channel_id, "number": number, "frame": frame, "written_by_id": written_by_id}
-        for number, frame in enumerate(frames)
+        for channel_id, of_channel in frames.items()
+        for number, frame in enumerate(of_channel)
         if number not in without
     ]
     if rows:
         session.flush()
-        session.connection().execute(insert(_CHUNKS), rows)
+        connection = session.connection()
+        for row in rows:
+            row[ROW_SHA256] = hash_of_new(connection, _CHUNKS, row)
+        connection.execute(insert(_CHUNKS), rows)
 
 
 #: In the drivers' two ways to mark a value's place: neither takes the other's.

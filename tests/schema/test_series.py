@@ -90,7 +90,7 @@ def stored(store: Store, samples: np.ndarray, chunk_samples: int) -> int:
         )  # fmt: skip
         session.add(recording)
         session.flush()
-        write_series(session, channel.id, encoded.frames, store.written_by(session))
+        write_series(session, {channel.id: encoded.frames}, store.written_by(session))
         return channel.id
 
 
