@@ -55,7 +55,7 @@ QUESTIONS: dict[str, tuple[Callable[[Session], object], str]] = {
         lambda s: sum(1 for _ in iter_impacts(s, campaign_name(1))),
         _CAMPAIGN,
     ),
-    "all campaigns with their counts": (list_campaigns, "an entry of an index for each impact"),
+    "all campaigns with their counts": (list_campaigns, "two rows for each campaign"),
 }
 ROOM = "room without series and curves"
 DIAGNOSIS = "where and causes of a gun's gap"

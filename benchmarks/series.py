@@ -209,7 +209,7 @@ class _StoredSeries:
             )  # fmt: skip
             session.add(recording)
             session.flush()
-            write_series(session, channel.id, encoded.frames, self._store.written_by(session))
+            write_series(session, {channel.id: encoded.frames}, self._store.written_by(session))
             self._key = channel.id
 
     def read(self, part: int, times: int = 1) -> Samples:
@@ -436,7 +436,7 @@ class OurStore(Storage):
         with self._store.reading() as session:
             where = (Condition(FACTOR, "=", level),)
             columns = (Pulse.id, Pulse.fine_force_n)
-            rows, _ = list_pulses(session, None, where, 10**9, columns)
+            rows, _ = list_pulses(session, None, where, None, columns)
             return [as_floats(row.fine_force_n, f"pulse {row.id}") for row in rows]
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from sqlalchemy import (
@@ -226,8 +226,9 @@ def restricted(
     columns: dict[str, Any],
     campaign: str | None,
     where: tuple[Condition, ...],
-) -> tuple[Select[Any], KeySpan]:
-    """A query under a campaign and conditions, and the span of keys in which its rows lie.
+) -> tuple[Select[Any], Callable[[], KeySpan]]:
+    """A query under a campaign and conditions, and a function that asks for the span of keys in
+    which its rows lie.
 
     Parameters:
         session: A session of the store.
@@ -260,7 +261,7 @@ def restricted(
                 OPERATORS[condition.operator](columns[condition.field], condition.value)
             )
     if not of_factors:
-        return query, span_of(session, table, campaign_id, None)
+        return query, partial(span_of, session, table, campaign_id, None)
     tests = [_LevelTest.of(condition) for condition in of_factors]
     # Few keys are known before the query: a database plans badly for those that it must find first.
     keys = _configurations(session, tests)
@@ -268,13 +269,12 @@ def restricted(
         tests = [test.of_known_factor(session, column_names) for test in tests]
         keys = _configurations(session, tests)
     if len(keys) <= _MOST_KEYS:
-        return query.where(rows.configuration_id.in_(keys)), span_of(
-            session, table, campaign_id, keys
-        )
+        query = query.where(rows.configuration_id.in_(keys))
+        return query, partial(span_of, session, table, campaign_id, keys)
     query = query.where(
         *(rows.configuration_id.in_(test.selection(i)) for i, test in enumerate(tests))
     )
-    return query, span_of(session, table, campaign_id, None)
+    return query, partial(span_of, session, table, campaign_id, None)
 
 
 def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
@@ -448,7 +448,8 @@ def _configurations(session: Session, tests: list[_LevelTest]) -> list[int]:
     values: dict[str, Any] = {"most": _MOST_KEYS + 1}
     for i, test in enumerate(tests):
         values |= test.values(i)
-    return sorted(session.scalars(_meeting_all(tuple(test.shape for test in tests)), values))
+    query = _meeting_all(tuple(test.shape for test in tests))
+    return sorted(session.connection().scalars(query, values))
 
 
 def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:

@@ -4,9 +4,9 @@ and read."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
-from sqlalchemy import select
+from sqlalchemy import Table, bindparam, select
 from sqlalchemy.orm import Session
 
 from .base import in_batches
@@ -14,6 +14,35 @@ from .benches import material_id
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from .known_factors import RunLevel
 from .transactions import add_or_get, fingerprint_of
+
+_configurations, _factors, _levels_of_factors, _levels_of_configurations = (
+    cast("Table", model.__table__)
+    for model in (Configuration, Factor, FactorLevel, ConfigurationLevel)
+)
+#: Asked for with every recording: made once, and of the tables, for rows of the models take several
+#: times as long.
+_KNOWN = select(_configurations.c.fingerprint, _configurations.c.id).where(
+    _configurations.c.fingerprint.in_(bindparam("fingerprints", expanding=True))
+)
+_FACTORS = select(_factors.c.name, _factors.c.id).where(
+    _factors.c.name.in_(bindparam("names", expanding=True))
+)
+_LEVELS = select(
+    _levels_of_factors.c.factor_id, _levels_of_factors.c.label, _levels_of_factors.c.id
+).where(
+    _levels_of_factors.c.factor_id.in_(bindparam("factors", expanding=True)),
+    _levels_of_factors.c.label.in_(bindparam("labels", expanding=True)),
+)
+_LEVELS_OF_ONE = select(_levels_of_configurations.c.level_id).where(
+    _levels_of_configurations.c.configuration_id == bindparam("configuration")
+)
+
+
+class _StoredLevel(NamedTuple):
+    """The keys of a level and of its factor."""
+
+    factor_id: int
+    id: int
 
 
 def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
@@ -115,10 +144,10 @@ def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[
         fingerprints: The hashes that are looked for, as `configuration_fingerprint` gives them.
             Those that are not stored are left out.
     """
-    query = select(Configuration.fingerprint, Configuration.id)
     existing: dict[str, int] = {}
     for some in in_batches(fingerprints):
-        existing |= dict(iter(session.execute(query.where(Configuration.fingerprint.in_(some)))))
+        rows = session.connection().execute(_KNOWN, {"fingerprints": some})
+        existing |= dict(iter(rows))
     return existing
 
 
@@ -126,12 +155,11 @@ def _key(level: RunLevel) -> tuple[str, str]:
     return level.factor, level.label
 
 
-def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> int:
+def _add(session: Session, fingerprint: str, levels: Sequence[_StoredLevel]) -> int:
     row = add_or_get(session, Configuration, {"fingerprint": fingerprint})
     # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it
     # before ours ends.
-    query = select(ConfigurationLevel.level_id).where(ConfigurationLevel.configuration_id == row.id)
-    there = set(session.scalars(query))
+    there = set(session.connection().scalars(_LEVELS_OF_ONE, {"configuration": row.id}))
     session.add_all(
         ConfigurationLevel(configuration_id=row.id, level_id=level.id, factor_id=level.factor_id)
         for level in levels
@@ -141,35 +169,35 @@ def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> i
     return row.id
 
 
-def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str], FactorLevel]:
+def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str], _StoredLevel]:
     """All factors before the first level: rows of one table, in order, before those of the next."""
     wanted = {_key(level): level for level in sorted(levels, key=_key)}
     units = {level.factor: level.si_unit for level in wanted.values()}
-    factors = {
-        row.name: row for row in session.scalars(select(Factor).where(Factor.name.in_(units)))
-    }
+    connection = session.connection()
+    factors: dict[str, int] = dict(iter(connection.execute(_FACTORS, {"names": list(units)})))
     for name, unit in units.items():
         if name not in factors:
-            factors[name] = add_or_get(session, Factor, {"name": name}, {"si_unit": unit})
-    names = {row.id: name for name, row in factors.items()}
-    level_rows: dict[tuple[str, str], FactorLevel] = {}
+            factors[name] = add_or_get(session, Factor, {"name": name}, {"si_unit": unit}).id
+    names = {key: name for name, key in factors.items()}
+    level_rows: dict[tuple[str, str], _StoredLevel] = {}
     labels = sorted({level.label for level in wanted.values()})
     for some in in_batches(labels):
-        query = select(FactorLevel).where(
-            FactorLevel.factor_id.in_(names), FactorLevel.label.in_(some)
-        )
-        level_rows |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
+        rows = connection.execute(_LEVELS, {"factors": list(names), "labels": some})
+        level_rows |= {
+            (names[factor], label): _StoredLevel(factor, key) for factor, label, key in rows
+        }
     return {
-        key: level_rows.get(key) or _level(session, factors[key[0]].id, level)
+        key: level_rows.get(key) or _level(session, factors[key[0]], level)
         for key, level in wanted.items()
     }
 
 
-def _level(session: Session, factor: int, level: RunLevel) -> FactorLevel:
+def _level(session: Session, factor: int, level: RunLevel) -> _StoredLevel:
     material = material_id(session, level.material) if level.material else None
-    return add_or_get(
+    row = add_or_get(
         session,
         FactorLevel,
         {"factor_id": factor, "label": level.label},
         {"number": level.number, "material_id": material},
     )
+    return _StoredLevel(factor, row.id)

@@ -14,10 +14,11 @@ from functools import cache
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Row, Select, case, func, or_, select, true
+from sqlalchemy import Row, Select, bindparam, case, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from .base import in_batches
+from .campaign_counts import hit_counts
 from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
 from .conditions import (
     CAMPAIGN,
@@ -55,8 +56,7 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
         numbers of its `impacts` and `shots`, and `planned` and `done`, which are runs of the plans
         that it works off.
     """
-    impacts = _count_by_campaign(session, Impact)
-    shots = _count_by_campaign(session, Shot)
+    hits = hit_counts(session)
     plans = list_plan_counts(session)
     columns = (Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
     return [
@@ -64,8 +64,8 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             "name": name,
             "kind": kind,
             "date": date.isoformat(),
-            "impacts": impacts.get(key, 0),
-            "shots": shots.get(key, 0),
+            "impacts": hits[key][0],
+            "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],
             "done": plans.get(key, (0, 0))[1],
         }
@@ -73,11 +73,6 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             select(*columns).order_by(Campaign.date, Campaign.name)
         )
     ]
-
-
-def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> dict[int, int]:
-    rows = session.execute(select(table.campaign_id, func.count()).group_by(table.campaign_id))
-    return dict(iter(rows))
 
 
 def list_plan_counts(
@@ -94,21 +89,38 @@ def list_plan_counts(
         off a plan.
     """
     counts: dict[int, tuple[int, int]] = {}
+    keys = {} if campaigns is None else {"campaigns": campaigns}
     for table in (Impact, Shot):
-        touched = (
-            select(table.campaign_id, PlannedRun.plan_id)
-            .join(PlannedRun, table.planned_run_id == PlannedRun.id)
-            .where(true() if campaigns is None else table.campaign_id.in_(campaigns))
-            .distinct()
-            .subquery()
-        )
-        done = func.sum(case((run_status() == "done", 1), else_=0))
-        query = select(touched.c.campaign_id, func.count(), done).join(
-            PlannedRun, PlannedRun.plan_id == touched.c.plan_id
-        )
-        for campaign, planned, finished in session.execute(query.group_by(touched.c.campaign_id)):
+        for campaign, planned, finished in session.execute(_plan_counts(table, bool(keys)), keys):
             counts[campaign] = (planned, int(finished))
     return counts
+
+
+@cache
+def _plan_counts(table: type[Impact] | type[Shot], of_campaigns: bool) -> Select[Any]:
+    """Of `campaigns`, or of all: the key, and the planned and the done runs of the plans that its
+    hits are of.
+
+    Of all campaigns, the hits are looked up by their planned run, for a database would rather read
+    every hit.
+    """
+    chosen = (
+        table.campaign_id.in_(bindparam("campaigns", expanding=True))
+        if of_campaigns
+        else table.planned_run_id.in_(select(PlannedRun.id))
+    )
+    touched = (
+        select(table.campaign_id, PlannedRun.plan_id)
+        .join(PlannedRun, table.planned_run_id == PlannedRun.id)
+        .where(chosen)
+        .distinct()
+        .subquery()
+    )
+    done = func.sum(case((run_status() == "done", 1), else_=0))
+    query = select(touched.c.campaign_id, func.count(), done).join(
+        PlannedRun, PlannedRun.plan_id == touched.c.plan_id
+    )
+    return query.group_by(touched.c.campaign_id)
 
 
 def iter_impacts(
@@ -133,10 +145,9 @@ def iter_impacts(
         LookupError: For an unknown campaign.
         ValueError: For a column that is compared with a word.
     """
-    query, span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
-    yield from _impact_rows(
-        session, iter_pages(session, query, Impact.id, span.beyond(after), page)
-    )
+    query, find_span = restricted(session, _impacts(), Impact, IMPACT_COLUMNS, campaign, where)
+    span = find_span().beyond(after)
+    yield from _impact_rows(session, iter_pages(session, query, Impact.id, span, page))
 
 
 def _impacts() -> Select[Any]:
@@ -206,8 +217,8 @@ def iter_shots(
         Campaign.gun_id.label("gun_id"),
     )
     query = select(*columns).select_from(Shot).join(Campaign, Shot.campaign_id == Campaign.id)
-    query, span = restricted(session, query, Shot, SHOT_COLUMNS, campaign, where)
-    for rows in iter_pages(session, query, Shot.id, span.beyond(after), page):
+    query, find_span = restricted(session, query, Shot, SHOT_COLUMNS, campaign, where)
+    for rows in iter_pages(session, query, Shot.id, find_span().beyond(after), page):
         yield from rows
 
 
@@ -247,7 +258,8 @@ def list_impacts_sorted(
     _check_limit(limit)
     query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
     query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
-    query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    query, find_span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    span = find_span()
     query, orders = _ordered(session, query.where(Impact.id.between(span.first, span.last)), column)
     keys_of_order = [
         part
@@ -466,7 +478,7 @@ def list_pulses(
     session: Session,
     campaign: str | None,
     where: tuple[Condition, ...],
-    most: int,
+    most: int | None,
     columns: tuple[InstrumentedAttribute[Any], ...],
 ) -> tuple[Sequence[Row[Any]], int]:
     """The pulses in use of the impacts that match, in order of impacts, and how many match.
@@ -475,8 +487,8 @@ def list_pulses(
         session: A session of the store.
         campaign: The name of the campaign; None for all campaigns.
         where: Conditions, all of which an impact must meet.
-        most: The largest number of pulses, 1 or more. Where more match, the database takes them
-            evenly over the order of impacts, the first one included.
+        most: The largest number of pulses, 1 or more; None for all. Where more match, the database
+            takes them evenly over the order of impacts, the first one included.
         columns: What a row holds: columns of `Pulse` and `Impact`.
 
     Raises:
@@ -484,20 +496,27 @@ def list_pulses(
         LookupError: As `iter_impacts`.
         ValueError: For fewer than one, and as `iter_impacts`.
     """
-    if most < 1:
+    if most is not None and most < 1:
         raise ValueError(f"most is {most!r}; expected 1 or more pulses")
     impact, pulse = Impact.__table__.c, Pulse.__table__.c
     with_channels = any(condition.field in CHANNEL_COLUMNS for condition in where)
     query = _pulses_in_use(columns, with_channels)
-    query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    query, find_span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    # Not by the session, which takes half as long again for rows of tables.
+    connection = session.connection()
+    if most is None:
+        rows = connection.execute(query).all()
+        return rows, len(rows)
+    span = find_span()
     query = query.where(impact.id.between(span.first, span.last))
     # No more than fit between the first key and the last: a small store need not count.
     fits = span.last - span.first < most
-    total = 0 if fits else session.scalar(query.with_only_columns(func.count())) or 0
+    unordered = query.order_by(None)
+    total = 0 if fits else connection.scalar(unordered.with_only_columns(func.count())) or 0
     if total <= most:
-        rows = session.execute(query.order_by(impact.id)).all()
+        rows = connection.execute(query).all()
         return rows, len(rows)
-    numbered = query.with_only_columns(
+    numbered = unordered.with_only_columns(
         pulse.id,
         impact.id.label("impact"),
         (func.row_number().over(order_by=impact.id) - 1).label("place"),
@@ -505,12 +524,12 @@ def list_pulses(
     # Of `total` places these are as many as wanted: those where place * most / total has just
     # passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)
-    keys = session.scalars(chosen.order_by(numbered.c.impact).limit(most)).all()
+    keys = connection.scalars(chosen.order_by(numbered.c.impact).limit(most)).all()
     of_keys = _pulses_in_use(columns, with_channels=False)
     return [
         row
         for some in in_batches(keys)
-        for row in session.execute(of_keys.where(pulse.id.in_(some)).order_by(impact.id))
+        for row in connection.execute(of_keys.where(pulse.id.in_(some)))
     ], total
 
 
@@ -522,4 +541,5 @@ def _pulses_in_use(
     if with_channels:
         pulses = pulses.outerjoin(ChannelFigures.__table__, LARGEST)
     # Of the tables: a row of the models' own columns takes several times as long.
-    return select(*(column.property.columns[0] for column in columns)).select_from(pulses)
+    query = select(*(column.property.columns[0] for column in columns)).select_from(pulses)
+    return query.order_by(Impact.__table__.c.id)

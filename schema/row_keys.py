@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from sqlalchemy import Column, Connection, Table, cast, func, literal, select, union_all
+from sqlalchemy import Column, Connection, Select, Table, cast, func, literal, select, union_all
 from sqlalchemy.dialects.postgresql import REGCLASS
 
 #: Of a connection: the transaction that has reserved keys ahead, and those that are left, by table.
@@ -44,13 +45,16 @@ def _new_keys(connection: Connection, counts: Mapping[Table, int]) -> dict[Table
         ]
         rows = connection.execute(union_all(*numbers)).all()
         return {table: sorted(key for name, key in rows if name == table.name) for table in counts}
-    largest = connection.execute(
-        select(*(select(func.max(_key(table))).scalar_subquery() for table in counts))
-    ).one()
+    largest = connection.execute(_largest_keys(tuple(counts))).one()
     return {
         table: list(range((last or 0) + 1, (last or 0) + 1 + count))
         for (table, count), last in zip(counts.items(), largest, strict=True)
     }
+
+
+@cache
+def _largest_keys(tables: tuple[Table, ...]) -> Select[Any]:
+    return select(*(select(func.max(_key(table))).scalar_subquery() for table in tables))
 
 
 def _next_value(table: Table) -> Any:

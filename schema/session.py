@@ -39,6 +39,7 @@ from .engine import (
     one_state,
 )
 from .provenance import Provenance
+from .row_hashes import ROW_SHA256, hash_of_new
 from .row_keys import reserve_keys
 from .row_sealing import seal
 from .tables import metadata
@@ -214,6 +215,8 @@ class Store:
         connection, row_table = session.connection(), metadata.tables[table.__tablename__]
         keys = reserve_keys(connection, row_table, len(rows))
         keyed = [{**every, **row, "id": key} for row, key in zip(rows, keys, strict=True)]
+        for row in keyed:
+            row[ROW_SHA256] = hash_of_new(connection, row_table, row)
         # Into the table: SQLAlchemy takes as long again for rows of a model.
         connection.execute(insert(row_table), keyed)
         return keys

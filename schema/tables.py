@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import (
     benches,
+    campaign_counts,
     campaigns,
     diagnoses,
     impacts,
@@ -18,6 +19,7 @@ metadata = Base.metadata
 
 __all__ = [
     "benches",
+    "campaign_counts",
     "campaigns",
     "diagnoses",
     "impacts",

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from ...schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate, material_id
 from ...schema.campaigns import Campaign
 from ...schema.known_facts import facts_to_json
-from ...schema.transactions import fingerprint_of, get_or_add
+from ...schema.transactions import add_or_get, fingerprint_of, get_or_add
 from ..folder.campaign_file import CampaignFile, PlatePart
 from ..folder.modal_table import ModalTableFile
 from .bench_changes import refuse_other_campaign
@@ -19,11 +19,14 @@ from .bench_changes import refuse_other_campaign
 Part = TypeVar("Part", Gun, Hammer)
 
 
+_BY_NAME = select(Campaign).where(Campaign.name == bindparam("name"))
+
+
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder
     has the name."""
-    campaign = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
-    row = campaign or get_or_add(
+    campaign = session.scalars(_BY_NAME, {"name": file.name}).one_or_none()
+    row = campaign or add_or_get(
         session, Campaign, {"name": file.name}, campaign_values(session, file, modes)
     )
     refuse_other_campaign(session, row, file)

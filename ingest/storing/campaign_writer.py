@@ -7,10 +7,12 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import bindparam, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from ...schema.access.append_only import delete_set_aside
+from ...schema.campaign_counts import count_added
 from ...schema.campaigns import Campaign
 from ...schema.configurations import configuration_ids
 from ...schema.impacts import ChannelFigures, Impact, Pulse, Shot
@@ -44,6 +46,12 @@ from .row_values import (
 )
 from .stored_rows import RecordingState, StoredRow, stored_recordings, stored_rows
 
+_OF_PATH = (
+    select(Recording.id, Recording.status, Recording.sha256)
+    .join(Campaign)
+    .where(Campaign.name == bindparam("campaign"), Recording.path == bindparam("path"))
+)
+
 
 @dataclass(frozen=True)
 class Added:
@@ -74,6 +82,9 @@ class CampaignWriter:
         self._store = store
         self._file, self._modes, self._rows = tables.file, tables.modes, tables.rows
         self._settings = settings
+        #: Key of the settings' row: as a transaction has it, and once one is committed, for good.
+        self._new_settings_id: int = 0
+        self._settings_id: int | None = None
         self._replaced = replaced
         self._report = IngestReport(self._file.name)
         self._bench_additions: list[str] = []
@@ -120,9 +131,7 @@ class CampaignWriter:
         it."""
 
         def add(session: Session) -> Added:
-            if self._stored_meanwhile(session, done):
-                return Added()
-            return self.write(session, done)
+            return self.write(session, done) if self.make_room(session, done) else Added()
 
         self._added(self._write_rows(done.path, add))
 
@@ -145,7 +154,9 @@ class CampaignWriter:
                 for row in rows
                 if (row.run, row.repetition) not in stored
             ]
-            return self._add_hits(session, campaign, hits, None, None, {})[0]
+            added = self._add_hits(session, campaign, hits, None, None, {})[0]
+            count_added(session.connection(), campaign.id, added.impacts, added.shots)
+            return added
 
         self._added(self._write_rows(FILE, add))
 
@@ -205,6 +216,7 @@ class CampaignWriter:
             raise IngestError(f"{what}: refused by the store: {error.orig}") from error
 
     def _added(self, added: Added) -> None:
+        self._settings_id = self._new_settings_id or None
         for name, count in asdict(added).items():
             self._report.added[name] += count
 
@@ -226,36 +238,46 @@ class CampaignWriter:
             row_additions(session, self._rows, self._stored_rows, differences),
         )
 
+    def make_room(self, session: Session, done: ExtractedRecording) -> bool:
+        """Whether a recording is to be written: another process may have stored this very one since
+        we looked. One that was set aside and has been mended makes room for its better self."""
+        connection = session.connection()
+        own = {"campaign": self._file.name, "path": done.path}
+        there = connection.execute(_OF_PATH, own).one_or_none()
+        if there is not None and there.status == SET_ASIDE:
+            delete_set_aside(connection, there.id)
+        return there is None or (there.status, there.sha256) != (STORED, done.sha256)
+
     def write(self, session: Session, done: ExtractedRecording) -> Added:
-        """The rows of one recording within a transaction of the caller's, who knows that it is not
-        stored."""
+        """The rows of one recording within a transaction of the caller's, who has made
+        room for it."""
         campaign = campaign_row(session, self._file, self._modes)
-        delete_unreadable(session, campaign, done.path)
         self._reserve_keys(session, done)
-        recording = Recording(
-            campaign_id=campaign.id,
-            path=done.path,
-            sha256=done.sha256,
-            size_bytes=done.size_bytes,
-            format=done.format,
-            status=STORED,
-        )
-        session.add(recording)
-        session.flush()
-        channels = self._add_channels(session, recording.id, done)
-        added, impacts = self._add_hits(session, campaign, done.hits, recording.id, done, channels)
+        facts = {
+            "campaign_id": campaign.id,
+            "path": done.path,
+            "sha256": done.sha256,
+            "size_bytes": done.size_bytes,
+            "format": done.format,
+            "status": STORED,
+        }
+        (recording,) = self._store.add_rows(session, Recording, [facts])
+        channels = self._add_channels(session, recording, done)
+        added, impacts = self._add_hits(session, campaign, done.hits, recording, done, channels)
+        connection, channel = session.connection(), done.main_channel
         duplicates = (
-            check_same_samples(session, recording, done.main_channel),
-            check_other_campaigns(session, recording, done.main_channel),
+            check_same_samples(connection, campaign.id, recording, channel),
+            check_other_campaigns(connection, campaign.id, done.sha256, channel),
         )
         findings = [
-            finding_values(finding, recording.id, channels, impacts)
+            finding_values(finding, recording, channels, impacts)
             for finding in (*done.findings, *duplicates, *done.row_findings)
             if finding is not None
         ]
         self._store.add_rows(session, QualityFinding, findings)
-        part = Part(campaign.id, campaign.name, recording.id, done.path)
+        part = Part(campaign.id, campaign.name, recording, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
+        count_added(connection, campaign.id, added.impacts, added.shots)
         return replace(added, recordings=1)
 
     def _reserve_keys(self, session: Session, done: ExtractedRecording) -> None:
@@ -279,10 +301,9 @@ class CampaignWriter:
         rows = [{"recording_id": recording, **channel_values(series)} for series in done.series]
         names = [series.channel.name for series in done.series]
         keys = dict(zip(names, self._store.add_rows(session, RecordedChannel, rows), strict=True))
-        for series in done.series:
-            name, frames = series.channel.name, series.encoded.frames
-            if frames:  # a dry run has none
-                write_series(session, keys[name], frames, self._store.written_by(session))
+        # a dry run has no frames
+        frames = {keys[series.channel.name]: series.encoded.frames for series in done.series}
+        write_series(session, frames, self._store.written_by(session))
         return keys
 
     def _add_hits(
@@ -318,7 +339,9 @@ class CampaignWriter:
             hit.pulse: keys[hit.row.run, hit.repetition] for hit, _ in met if hit.pulse is not None
         }
         if done and impacts:
-            settings = settings_id(session, self._settings)
+            if self._settings_id is None:
+                self._new_settings_id = settings_id(session, self._settings)
+            settings = self._settings_id or self._new_settings_id
             pulses = [
                 pulse_values(done.pulses[pulse], impact, settings)
                 for pulse, impact in impacts.items()
@@ -354,17 +377,3 @@ class CampaignWriter:
         if self._file.kind != "gun":
             return True
         return bool(done and done.has_force) or hit.row.impact_velocity_m_s is not None
-
-    def _stored_meanwhile(self, session: Session, done: ExtractedRecording) -> bool:
-        """Whether another process has stored this very recording since we looked."""
-        query = (
-            select(Recording.id)
-            .join(Campaign)
-            .where(
-                Campaign.name == self._file.name,
-                Recording.path == done.path,
-                Recording.sha256 == done.sha256,
-                Recording.status == STORED,
-            )
-        )
-        return session.scalar(query) is not None

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session
 
 from ...schema.access.append_only import delete_set_aside
@@ -42,15 +42,18 @@ def store_unreadable(
     )
 
 
+_SET_ASIDE = select(Recording.id).where(
+    Recording.campaign_id == bindparam("campaign"),
+    Recording.path == bindparam("path"),
+    Recording.status == SET_ASIDE,
+)
+
+
 def delete_unreadable(session: Session, campaign: Campaign, path: str) -> None:
     """A recording that was set aside and has been mended makes room for its better self."""
-    own = (
-        Recording.campaign_id == campaign.id,
-        Recording.path == path,
-        Recording.status == SET_ASIDE,
-    )
-    for key in session.scalars(select(Recording.id).where(*own)).all():
-        delete_set_aside(session.connection(), key)
+    connection = session.connection()
+    for key in connection.scalars(_SET_ASIDE, {"campaign": campaign.id, "path": path}).all():
+        delete_set_aside(connection, key)
 
 
 @dataclass(frozen=True)

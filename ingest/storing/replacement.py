@@ -53,6 +53,7 @@ class Replacement:
         many, by name.
         """
         stone.replaced_by = self.new.sha256
+        self.writer.make_room(session, self.new)
         self.writer.write(session, self.new)
         session.flush()
         return restore_references(

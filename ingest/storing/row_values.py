@@ -7,12 +7,13 @@ from dataclasses import fields
 from datetime import UTC, datetime
 from typing import Any
 
+from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from ...schema.impacts import ExtractionSettingsRow as SettingsRow
 from ...schema.impacts import Pulse
 from ...schema.series import encode
-from ...schema.transactions import get_or_add
+from ...schema.transactions import add_or_get
 from ...signals.checks.base import Finding
 from ..extraction.gunshot import reported_uncertainty
 from ..extraction.pulses import ExtractedPulse
@@ -21,11 +22,16 @@ from ..extraction.row_matching import MatchedImpact
 from ..extraction.settings import EXTRACTION_VERSION, ExtractionSettings
 from ..folder.runs_table import RunRow
 
+_SETTINGS = select(SettingsRow.id).where(SettingsRow.fingerprint == bindparam("fingerprint"))
+
 
 def settings_id(session: Session, settings: ExtractionSettings) -> int:
     """Key of these extraction settings at this version of the code."""
+    stored = session.scalar(_SETTINGS, {"fingerprint": settings.fingerprint})
+    if stored is not None:
+        return stored
     values = {"code_version": EXTRACTION_VERSION, "settings": settings.as_json()}
-    return get_or_add(session, SettingsRow, {"fingerprint": settings.fingerprint}, values).id
+    return add_or_get(session, SettingsRow, {"fingerprint": settings.fingerprint}, values).id
 
 
 def channel_values(series: EncodedChannel) -> dict[str, Any]:
@@ -57,17 +63,21 @@ def channel_values(series: EncodedChannel) -> dict[str, Any]:
     }
 
 
+#: Columns of a pulse that its extraction gives by their names.
+_MEASURED = sorted(
+    {column.name for column in Pulse.__table__.columns}
+    & {field.name for field in fields(ExtractedPulse)}
+)
+
+
 def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[str, Any]:
     """The row of a pulse in use."""
-    measured = {column.name for column in Pulse.__table__.columns} & {
-        field.name for field in fields(pulse)
-    }
     return {
         "impact_id": impact_id,
         "settings_id": settings,
         "current": True,
         "extracted_at": datetime.now(UTC),
-        **{name: getattr(pulse, name) for name in measured},
+        **{name: getattr(pulse, name) for name in _MEASURED},
         "force_points_n": [float(x) for x in pulse.force_points_n],
         "fine_force_n": encode(pulse.fine_force_n),
     }

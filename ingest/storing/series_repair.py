@@ -130,10 +130,10 @@ def _rewrite(
         whole = set(
             session.scalars(select(SeriesChunk.number).where(SeriesChunk.channel_id == key))
         )
-        write_series(session, key, encoded.frames, written_by, without=whole)
+        write_series(session, {key: encoded.frames}, written_by, without=whole)
         if not any(damages(session.connection(), channel)):
             return
     session.execute(delete(SeriesChunk).where(SeriesChunk.channel_id == key))
     row.chunk_samples, row.step = encoded.layout.chunk_samples, encoded.layout.step
     row.dtype, row.samples = encoded.layout.dtype, encoded.samples
-    write_series(session, key, encoded.frames, written_by)
+    write_series(session, {key: encoded.frames}, written_by)

@@ -45,6 +45,8 @@ Query = Any
 
 #: Restoring is right whatever was damaged, and often all that is left.
 RESTORE = "restore the store from its backup (docs/reference/store.md)"
+#: Of the kept numbers of impacts and shots.
+COUNT_ANEW = f"if nobody removed rows by hand, pyroshock db upgrade counts anew; else {RESTORE}"
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from ..impacts import Impact, Pulse, Shot
+from ..series import in_closest_packing
 
 _IMPACT = ("run", "repetition", "impact_velocity_m_s", "impact_velocity_u_m_s", "velocity_source")
 _PULSE = (
@@ -73,7 +74,7 @@ def _exact(value: Any) -> str:
     if value is None or isinstance(value, str):
         return repr(value)
     if isinstance(value, bytes | bytearray | memoryview):
-        return hashlib.sha256(value).hexdigest()
+        return hashlib.sha256(in_closest_packing(bytes(value))).hexdigest()
     if isinstance(value, list):
         return f"[{','.join(map(_exact, value))}]"
     number = float(value)

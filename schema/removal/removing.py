@@ -12,6 +12,7 @@ from typing import Any
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
+from ..campaign_counts import count_added
 from ..campaigns import Campaign, Configuration, Plan, PlannedRun
 from ..diagnoses import Diagnosis, TwinVersion
 from ..impacts import (
@@ -23,7 +24,7 @@ from ..impacts import (
     Shot,
     SnapshotPulse,
 )
-from ..provenance import CAMPAIGN, Tombstone
+from ..provenance import CAMPAIGN, RECORDING, Tombstone
 from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 from ..run_states import done_runs
 from .content import figures_hashes
@@ -217,6 +218,9 @@ def _delete(session: Session, part: Part) -> dict[str, int]:
             delete(table).where(rows), execution_options={"synchronize_session": False}
         )
         counts[table.__tablename__] = int(result.rowcount)  # type: ignore[attr-defined]
+    if part.kind == RECORDING:  # the kept numbers of a campaign go with its row
+        gone = (counts[table.__tablename__] for table in (Impact, Shot))
+        count_added(session.connection(), part.campaign_id, *(-count for count in gone))
     return {name: count for name, count in counts.items() if count}
 
 

@@ -111,5 +111,5 @@ STAY_BEHIND = frozenset(
         "registered_versions",
     }
 )
-#: Follows from the rows that were taken: who wrote them.
-WRITERS = "provenance"
+#: Follow from the rows that were taken: who wrote them, and how many there are.
+WRITERS, COUNTS = "provenance", "campaign_counts"

@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session
 from ..access.append_only import replace_set_aside
 from ..base import in_batches
 from ..benches import Material, MaterialAlias
+from ..campaign_counts import count_added
 from ..campaigns import Campaign, PlannedRun
 from ..engine import StoreError, first_line
 from ..impacts import Impact, Pulse, Shot
@@ -32,6 +33,8 @@ from .export import ForeignFileError, opened_file
 from .merge_rules import RULES, STAY_BEHIND, WRITERS, MergeRule, Row
 
 Writer = Callable[[], int]
+
+_HITS = (Impact.__tablename__, Shot.__tablename__)
 
 
 class Settled(Enum):
@@ -111,12 +114,13 @@ class MergeRefusedError(StoreError):
 class Merge:
     """One merge of `origin` into `target`, within the transaction that is open there.
 
-    `added` counts new rows by table; `keys` leads from keys there to keys here, for every table
-    that others point at.
+    `added` counts new rows by table, and `hits` new impacts and shots by table and the key of their
+    campaign; `keys` leads from keys there to keys here, for every table that others point at.
     """
 
     def __init__(self, origin: Connection, target: Connection) -> None:
         self.added: Counter[str] = Counter()
+        self.hits: Counter[tuple[str, int]] = Counter()
         self._origin = origin
         self._target = target
         self._keys: dict[str, dict[int, int]] = {}
@@ -210,6 +214,8 @@ class Merge:
             row[ROW_SHA256] = row_hash(rule.of, row)
         load(self._target, rule.of, [[list(row.values()) for row in rows]])
         self.added[rule.table] += len(rows)
+        if rule.table in _HITS:
+            self.hits.update((rule.table, row["campaign_id"]) for row in rows)
 
     def _writer(self, key: int) -> int:
         """Who wrote a row there, as a row of this store: added with the first row that needs it."""
@@ -319,6 +325,8 @@ def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
     merged = Merge(origin, target)
     for rule in RULES:
         merged.take(rule)
+    for campaign in sorted({campaign for _, campaign in merged.hits}):
+        count_added(target, campaign, *(merged.hits[table, campaign] for table in _HITS))
     if merged.added:
         store.written_by(session)  # of the rows, their own writers tell; this one, of the import
     return dict(merged.added)

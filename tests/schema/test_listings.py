@@ -511,11 +511,11 @@ def test_pulses_of_a_small_store_are_not_counted_first(store):
     assert sum(statement.startswith("SELECT") for statement in of_all) == 3
 
 
-@pytest.mark.parametrize("most", [97, 8])
-def test_pulses_hold_the_columns_that_are_asked_for(thinned, most):
+@pytest.mark.parametrize(("most", "expected"), [(None, 97), (97, 97), (8, 8)])
+def test_pulses_hold_the_columns_that_are_asked_for(thinned, most, expected):
     """Of all pulses, and of those that are left of a thinning."""
     columns = (Pulse.id, Impact.run, Pulse.peak_force_n)
     with thinned.reading() as session:
-        rows, _ = list_pulses(session, "c", (), most, columns)
-    assert len(rows) == most
+        rows, total = list_pulses(session, "c", (), most, columns)
+    assert (len(rows), total) == (expected, 97)
     assert all(row.id == 2000 + row.run and row.peak_force_n == row.run for row in rows)

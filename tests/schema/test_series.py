@@ -18,6 +18,7 @@ from pyroshock.schema.series import (
     decode,
     encode,
     encode_series,
+    in_closest_packing,
     read_slice,
     samples_of,
     series_hash,
@@ -89,7 +90,7 @@ def stored(store: Store, samples: np.ndarray, chunk_samples: int) -> int:
         )  # fmt: skip
         session.add(recording)
         session.flush()
-        write_series(session, channel.id, encoded.frames, store.written_by(session))
+        write_series(session, {channel.id: encoded.frames}, store.written_by(session))
         return channel.id
 
 
@@ -178,6 +179,15 @@ def test_no_packing_alone_takes_less_room(noise_steps):
 def test_any_length_comes_back_from_any_packing(samples, packing):
     values = np.random.default_rng(samples).normal(size=samples)
     assert decode(encode(values, packing), "<f8").tobytes() == values.tobytes()
+
+
+def test_a_pulse_is_known_by_the_same_bytes_whatever_packed_it():
+    force_n = np.sin(np.linspace(0, np.pi, 801)) + np.random.default_rng(1).normal(size=801)
+    closest, damaged = encode(force_n, PACKINGS[-1]), bytearray(encode(force_n))
+    assert encode(force_n) != closest
+    assert in_closest_packing(encode(force_n)) == in_closest_packing(closest) == closest
+    damaged[100] ^= 1
+    assert in_closest_packing(bytes(damaged)) == damaged
 
 
 def test_changed_byte_and_a_frame_of_more_than_its_chunk_are_refused():

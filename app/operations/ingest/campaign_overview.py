@@ -13,9 +13,9 @@ from ....dataset.selection import missing_in_campaigns, missing_words
 from ....ingest.errors import enumerated
 from ....ingest.storing.shot_differences import campaign_differences
 from ....schema.benches import Material
+from ....schema.campaign_counts import hit_counts
 from ....schema.campaigns import Campaign
 from ....schema.conditions import get_campaign_id
-from ....schema.impacts import Impact, Shot
 from ....schema.listings import list_impacts_page, list_plan_counts, list_shots_page
 from ....schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
 from ....schema.row_hashes import ROW_SHA256
@@ -108,9 +108,7 @@ def _bench(session: Session, row: Campaign) -> dict[str, Any]:
 
 
 def _overview_counts(session: Session, key: int) -> dict[str, int]:
-    def of(table: type[Impact] | type[Shot]) -> int:
-        return session.scalar(select(func.count()).where(table.campaign_id == key)) or 0
-
+    impacts, shots = hit_counts(session, [key])[key]
     statuses: dict[str, int] = dict(
         iter(
             session.execute(
@@ -121,8 +119,8 @@ def _overview_counts(session: Session, key: int) -> dict[str, int]:
         )
     )
     return {
-        "impacts": of(Impact),
-        "shots": of(Shot),
+        "impacts": impacts,
+        "shots": shots,
         "recordings": statuses.get("stored", 0),
         "recordings_set_aside": statuses.get(SET_ASIDE, 0),
     }
@@ -212,15 +210,15 @@ def list_campaigns_page(
     ).all()
     shown = campaigns[:limit]
     keys = [key for key, *_ in shown]
-    impacts, shots = (_counts(session, table, keys) for table in (Impact, Shot))
+    hits = hit_counts(session, keys)
     plans = list_plan_counts(session, keys)
     rows = [
         {
             "name": name,
             "kind": of,
             "date": date.isoformat(),
-            "impacts": impacts.get(key, 0),
-            "shots": shots.get(key, 0),
+            "impacts": hits[key][0],
+            "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],
             "done": plans.get(key, (0, 0))[1],
         }
@@ -234,12 +232,3 @@ def _beyond_plan(session: Session, name: str) -> ColumnElement[bool]:
     if date is None:
         raise LookupError(f"no campaign {name!r} to go on from; begin at the first page")
     return or_(Campaign.date < date, and_(Campaign.date == date, Campaign.name > name))
-
-
-def _counts(session: Session, table: type[Impact] | type[Shot], keys: list[int]) -> dict[int, int]:
-    query = (
-        select(table.campaign_id, func.count())
-        .where(table.campaign_id.in_(keys))
-        .group_by(table.campaign_id)
-    )
-    return dict(iter(session.execute(query)))

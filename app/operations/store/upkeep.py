@@ -68,7 +68,9 @@ def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from ....schema import migrate
     from ....schema.access.permissions import refusal
     from ....schema.addresses import address_for_display
+    from ....schema.campaign_counts import recount
     from ....schema.engine import describe, make_engine_of_existing, no_store
+    from ....schema.session import Store, Writer
 
     engine = make_engine_of_existing(laboratory.db)
     try:
@@ -81,6 +83,7 @@ def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
             )
         try:
             migrate.upgrade(engine)
+            Store(engine, Writer("db upgrade", "")).write(recount, idempotent=True)
         except DBAPIError as error:
             raise refusal(engine, error) from error
         after = migrate.current_revision(engine)
@@ -94,7 +97,9 @@ UPGRADE: Operation[Request, Outcome] = Operation(
     name="db-upgrade",
     request=Request,
     run=_upgrade,
-    help="Bring a store that an older version made up to this version.",
+    help="""Bring a store that an older version made up to this version.
+
+It also counts anew the impacts and shots of each campaign, whose numbers the store keeps.""",
     example="pyroshock db upgrade",
     command=("db", "upgrade"),
     opens_store=False,

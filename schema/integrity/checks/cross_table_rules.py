@@ -8,10 +8,11 @@ from typing import Any
 
 from sqlalchemy import Connection, case, exists, func, or_, select
 
+from ...campaign_counts import CampaignCounts
 from ...campaigns import Campaign, ConfigurationLevel, FactorLevel
 from ...impacts import Impact, Pulse, Shot
 from ...recordings import QualityFinding, RecordedChannel, Recording
-from ..findings import RESTORE, IntegrityFinding, Query, Scope
+from ..findings import COUNT_ANEW, RESTORE, IntegrityFinding, Query, Scope
 
 #: Rows of one rule that are named.
 _MOST = 20
@@ -45,7 +46,30 @@ _findings = (
     .join(Campaign, Recording.campaign_id == Campaign.id)
 )
 
+
+def _miscounted(table: type[Impact] | type[Shot]) -> CrossTableRule:
+    """Campaigns of which another number of impacts or shots is kept than they have."""
+    hits, kept = table.__tablename__, getattr(CampaignCounts, table.__tablename__)
+    counted = (
+        select(func.count())
+        .where(table.campaign_id == Campaign.id)
+        .correlate(Campaign)
+        .scalar_subquery()
+    )
+    columns = (Campaign.name.label("campaign"), kept.label("kept"), counted.label("counted"))
+    return CrossTableRule(
+        f"another number of {hits} is kept than the campaign has",
+        select(*columns)
+        .join(CampaignCounts, CampaignCounts.campaign_id == Campaign.id)
+        .where(kept != counted),
+        Campaign.id,
+        COUNT_ANEW,
+    )
+
+
 RULES = (
+    _miscounted(Impact),
+    _miscounted(Shot),
     CrossTableRule(
         "a stored recording without any channel",
         _recordings.where(Recording.status == "stored", ~_channels),

@@ -14,14 +14,14 @@ from ...column_kinds import BYTES, kind_of
 from ...engine import first_line
 from ...row_hashes import ALTERED, UNSEALED
 from ...row_sealing import HashedRow, iter_hashed
-from ..findings import RESTORE, IntegrityFinding, Scope
+from ..findings import COUNT_ANEW, RESTORE, IntegrityFinding, Scope
 from .engine_rules import tables_there
 from .series import ADVICE as REREAD
 
 #: Rows of one table that are named; the others are counted.
 _MOST = 100
 _WRITERS = "provenance"
-_ADVICE = {"series_chunks": REREAD}
+_ADVICE = {"series_chunks": REREAD, "campaign_counts": COUNT_ANEW}
 
 
 def check_rows(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:

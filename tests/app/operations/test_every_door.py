@@ -44,6 +44,7 @@ from support.processes.web_client import ended, post, post_json, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, recording_name
 from support.records.twin_parts import unsolved
+from support.stores.campaign_counts import assert_counts_kept
 from support.stores.registries import at_its_place
 from support.stores.stores import opened, pyroshock, run_pyroshock
 from support.stores.web_stores import DATASET, HAMMER, filled_lab
@@ -404,6 +405,8 @@ def test_a_request_gives_the_same_answer_at_every_door(
         with window(url, works=works, folders=(tmp_path,)) as (client, store):
             prepare(name, store, url, campaign)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
+            with store.reading() as session:
+                assert_counts_kept(session)
         if answer is not _SEEN_ON_A_PAGE:
             answers[door] = json.loads(
                 json.dumps(lasting(answer, passing), sort_keys=True).replace(str(folder), "FOLDER")

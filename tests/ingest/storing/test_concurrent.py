@@ -65,10 +65,10 @@ def test_store_made_by_all_at_once(database_url, run_together):
 HITS = 2
 
 
-#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its
-#: campaign; the keys of all its rows; itself; its channels; the series of each channel (here one);
-#: configurations and impacts; settings and pulses; other recordings with the same samples. COMMIT
-#: is not counted.
+#: Of a recording whose configuration is known: BEGIN; whether it is there, and its campaign; the
+#: keys of all its rows; itself; its channels; their series; configurations and impacts; pulses;
+#: other recordings with the same samples, and with the same file; the numbers of the campaign, read
+#: and written. COMMIT is not counted.
 OF_A_RECORDING = 14
 
 

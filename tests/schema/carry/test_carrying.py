@@ -19,7 +19,7 @@ from pyroshock.schema.run_states import run_status
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
 from pyroshock.schema.transfer.export import export_campaign, opened_file
-from pyroshock.schema.transfer.merge_rules import RULES, STAY_BEHIND, WRITERS
+from pyroshock.schema.transfer.merge_rules import COUNTS, RULES, STAY_BEHIND, WRITERS
 from pyroshock.schema.transfer.merging import import_file, merge
 from sqlalchemy import func, select, text
 from support.stores.care_stores import GUN, HAMMER, OTHER, care_folder, execute, flip
@@ -27,7 +27,7 @@ from support.stores.hammer_stores import url_of
 from support.stores.stores import content, ingested, opened
 
 #: What another laboratory's store has of its own, whatever it imports.
-_SEEDED = {"materials", "material_aliases", WRITERS}
+_SEEDED = {"materials", "material_aliases", WRITERS, COUNTS}
 
 
 def exported(url, file, campaign=HAMMER):
@@ -58,7 +58,7 @@ def counted(url):
 def test_every_table_is_carried_or_stays_behind():
     carried = set(members(1))
     assert carried == {rule.table for rule in RULES}
-    assert carried | STAY_BEHIND | {WRITERS} == set(metadata.tables)
+    assert carried | STAY_BEHIND | {WRITERS, COUNTS} == set(metadata.tables)
 
 
 def test_a_file_is_a_store_of_that_campaign_alone(care_source, spring):
@@ -69,7 +69,10 @@ def test_a_file_is_a_store_of_that_campaign_alone(care_source, spring):
         10,
         20,
     )
-    assert {name for name, rows in of_file.items() if not rows} - STAY_BEHIND == {"guns", "shots"}
+    assert {name for name, rows in of_file.items() if not rows} - STAY_BEHIND - {COUNTS} == {
+        "guns",
+        "shots",
+    }
     assert not any(counted(url_of(spring))[name] for name in STAY_BEHIND)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pyroshock.schema.campaign_counts import recount
 from pyroshock.schema.column_kinds import JSON_TEXT, NUMBER, TEXT, TIME, kind_of
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.impacts import Impact, Shot
@@ -41,6 +42,7 @@ def fill_every_column(folder: Path) -> None:
     with opened(url) as store, store.writing() as session:
         _add_rows(session)
         session.flush()
+        recount(session)
         for column in _empty_columns(session):
             table = column.table
             first = select(func.min(table.c.id)).scalar_subquery()

@@ -13,6 +13,7 @@ from pyroshock.ingest.extraction.settings import EXTRACTION_VERSION
 from pyroshock.ingest.extraction.settings import ExtractionSettings as Settings
 from pyroshock.schema.base import Base
 from pyroshock.schema.benches import Hammer, Plate, material_id
+from pyroshock.schema.campaign_counts import recount
 from pyroshock.schema.campaigns import (
     Campaign,
     Configuration,
@@ -146,6 +147,7 @@ def fill(url: str, size: StoreSize | int) -> None:
                 (QualityFinding, _findings(size)),
             ):
                 _insert(connection, model, more, signed)
+        store.write(recount)
         _analyse(store)
 
 

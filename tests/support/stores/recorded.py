@@ -71,11 +71,6 @@ def add_recording(
         session.add(recording)
         session.flush()
         keys = {row.name: row.id for row in recording.channels}
-        for channel_series in series:
-            write_series(
-                session,
-                keys[channel_series.channel.name],
-                channel_series.encoded.frames,
-                store.written_by(session),
-            )
+        frames = {keys[channel.channel.name]: channel.encoded.frames for channel in series}
+        write_series(session, frames, store.written_by(session))
         return recording.id, keys
