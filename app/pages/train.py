@@ -48,7 +48,6 @@ from ..operations.train.figures import (
     worst_pulses,
 )
 from ..operations.train.searches import (
-    importance_of,
     importance_sentence,
     search_sentence,
     settings_rows,
@@ -324,12 +323,12 @@ def model(
 
 def _search(part: str, search: SettingsSearch) -> dict[str, Any]:
     """What the page says and draws of a search for settings."""
-    importance = importance_of(search)
+    importance = search.importance
     return {
         "sentence": search_sentence(part, search),
         "figure": search_figure(search),
         "importance": None if importance is None else importance_figure(importance),
-        "importance_sentence": importance_sentence(search, importance),
+        "importance_sentence": importance_sentence(search),
         "trials": trial_rows(search),
     }
 

@@ -9,12 +9,16 @@ import pytest
 from pyroshock.app.figures.figure import BarSeries, LineSeries
 from pyroshock.app.operations.train.charts import importance_figure, search_figure, searches_figure
 from pyroshock.app.operations.train.searches import (
-    importance_of,
     importance_sentence,
     parallel_axes,
     quarters_of,
     search_sentence,
     trial_rows,
+)
+from pyroshock.training.tuning.importance import (
+    importance_of,
+    registered_searches,
+    with_importance,
 )
 from pyroshock.training.tuning.trials import SettingsSearch, Trial, search_from
 
@@ -73,7 +77,7 @@ def test_importance_finds_the_setting_that_matters() -> None:
     assert importance.shares["ard"] < 0.05
     assert sum(importance.shares.values()) == pytest.approx(1)
     assert 0.5 < importance.explained <= 1
-    sentence = importance_sentence(grid(), importance)
+    sentence = importance_sentence(with_importance(grid()))
     assert (
         "gamma of the kernel" in sentence
         and "random forest" in sentence
@@ -84,7 +88,7 @@ def test_importance_finds_the_setting_that_matters() -> None:
 def test_importance_of_few_trials_or_of_noise_cannot_be_judged() -> None:
     few = SettingsSearch("grid search", "error", grid().trials[::3], ("gamma",))
     assert importance_of(few) is None
-    assert "cannot be judged: there are 8 trials of 3 settings" in importance_sentence(few, None)
+    assert "cannot be judged: there are 8 trials of 3 settings" in importance_sentence(few)
     rng = np.random.default_rng(4)
     noise = SettingsSearch(
         "search",
@@ -94,12 +98,24 @@ def test_importance_of_few_trials_or_of_noise_cannot_be_judged() -> None:
         ),
     )
     assert importance_of(noise) is None
-    assert "does not predict" in importance_sentence(noise, None)
+    assert "does not predict" in importance_sentence(noise)
     single = SettingsSearch(
         "grid search", "error", tuple(Trial({"components": n}, 1.0 + n) for n in range(1, 20))
     )
     assert importance_of(single) is None
-    assert "Only one setting was searched (components)" in importance_sentence(single, None)
+    assert "Only one setting was searched (components)" in importance_sentence(single)
+
+
+def test_importance_reads_back_and_is_computed_where_older_software_registered_none(
+    monkeypatch,
+) -> None:
+    judged = with_importance(grid())
+    assert judged.importance == importance_of(grid()) is not None
+    document = {"force": judged.as_json()}
+    older = {name: value for name, value in document["force"].items() if name != "importance"}
+    assert registered_searches({"force": older})["force"].importance == judged.importance
+    monkeypatch.setattr("pyroshock.training.tuning.importance.importance_of", None)
+    assert registered_searches(document)["force"].importance == judged.importance
 
 
 def test_search_is_told_with_its_best_settings() -> None:
@@ -127,7 +143,7 @@ def test_charts_have_a_line_for_each_trial_and_a_bar_for_each_setting() -> None:
 
 def test_searches_stand_below_each_other_with_the_importance_where_it_is_known() -> None:
     few = SettingsSearch("grid search", "error", grid().trials[:4])
-    figure = searches_figure({"force": grid(), "time": few})
+    figure = searches_figure({"force": with_importance(grid()), "time": few})
     assert [[plot is not None for plot in row] for row in figure.rows] == [
         [True, True],
         [True, False],

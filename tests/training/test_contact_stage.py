@@ -392,8 +392,11 @@ def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
             force[row, 1:-1] = np.interp(phase * time[row], hit_.time_s, hit_.force_n)[1:-1]
             end = int(hit_.force_n.argmax()) + 1
             x[row, 5] = np.trapezoid(hit_.force_n[:end], hit_.time_s[:end]) / hit_.mass_kg
-    peaks = force.max(axis=1)
-    return replace(table, x=x, force_n=force, contact_time_s=time, peak_force_n=peaks), truth
+    peaks, impulses = force.max(axis=1), np.trapezoid(force, phase, axis=1) * time
+    struck = replace(
+        table, x=x, force_n=force, contact_time_s=time, peak_force_n=peaks, impulse_n_s=impulses
+    )
+    return struck, truth
 
 
 def setting_of(table: PulseTable, row: int, velocity_m_s: float) -> Setting:

@@ -121,13 +121,16 @@ class ContactTimeProcess(LearnedArrays):
         return type(self)(**self.settings()).restore(_as_arrays(x, y, self._tuned()))
 
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        """Keeps the settings. The kernel's parameters are fitted to `search_rows` from those that
+        were learned: what comes of it differs little from a fit to all rows."""
         tuned = self._tuned()
         choice = {name: tuned[name] for name in SPACE}
-        if not np.all(y > 0):
-            choice["log_time"] = False
+        start: Mapping[str, Any] | None = tuned
+        if choice["log_time"] and not np.all(y > 0):
+            choice["log_time"], start = False, None
         with one_core():
-            rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
-            parameters, _ = fitted(x[rows], y[rows], choice, 30)
+            rows = np.sort(rng.permutation(len(x))[: self.search_rows])
+            parameters, _ = fitted(x[rows], y[rows], choice, 30, start)
         return type(self)(**self.settings()).restore(
             _as_arrays(x, y, {**choice, **parameters, "error": tuned["error"]})
         )

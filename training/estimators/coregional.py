@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from ..gp.maximise import Maximisation
 
 
+#: So many rows tune a process that calibrates another's bands: as many as `SingleOutputs` takes.
+RELEARNING_ROWS = 480
 #: Components of less variance, relative to the largest, are rounding.
 LEAST_VARIANCE = 1e-8
 
@@ -113,6 +115,14 @@ class Coregional(LearnedArrays):
         return STANDARDS | tuned | self.input_kernel.shapes() | POSTERIOR
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        return self._fit(x, y, np.arange(len(x)))
+
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        """Tuned on `RELEARNING_ROWS` random rows, solved for all."""
+        rows = np.sort(rng.permutation(len(x))[:RELEARNING_ROWS])
+        return type(self)(**self.settings())._fit(x, y, rows)
+
+    def _fit(self, x: Floats, y: Floats, tuning_rows: NDArray[np.intp]) -> Self:
         from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
         from ..gp.maximise import maximise
         from ..gp.multitask import CoregionalModel
@@ -121,8 +131,9 @@ class Coregional(LearnedArrays):
         z, standard = inputs.apply(x), outputs.apply(y)
         with one_core():
             turn = principal(standard) if self.components else np.eye(y.shape[1])
+            scores = rotate_back(standard, turn)[tuning_rows]
             model = CoregionalModel(
-                z, rotate_back(standard, turn), self.input_kernel.made(z.shape[1]), self.rank
+                z[tuning_rows], scores, self.input_kernel.made(z.shape[1]), self.rank
             )
             self.maximisation_ = maximise(
                 KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations

@@ -150,12 +150,10 @@ class ProcessInputs:
 
 
 def _most_likely(
-    view: ProcessInputs, x: Floats, settings: Settings, iterations: int
+    view: ProcessInputs, x: Floats, settings: Settings, iterations: int, start: Process
 ) -> tuple[Process, Floats]:
     floor = settings["noise"] / 10
-    return most_likely(
-        view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations
-    )
+    return most_likely(start, *view.inputs(x), view.output, settings["ard"], floor, iterations)
 
 
 def left_out_error(
@@ -164,7 +162,7 @@ def left_out_error(
     """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all
     folds."""
     view = ProcessInputs(x, y, settings)
-    process, _ = _most_likely(view, x, settings, 25)
+    process, _ = _most_likely(view, x, settings, 25, view.start())
     inverted = inverse(process.factor(*view.inputs(x)))
     left_out = leave_folds_out(inverted, view.output, folds)
     predicted = view.undo(left_out, np.zeros_like(left_out)).mean
@@ -172,16 +170,30 @@ def left_out_error(
 
 
 def fitted(
-    x: Floats, y: Floats, settings: Settings, iterations: int
+    x: Floats,
+    y: Floats,
+    settings: Settings,
+    iterations: int,
+    start: Mapping[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[float]]:
-    """Kernel parameters of greatest likelihood, and the losses of the search per row."""
-    process, losses = _most_likely(ProcessInputs(x, y, settings), x, settings, iterations)
+    """Kernel parameters of greatest likelihood, and the losses of the search per row. The search
+    begins at the parameters of `start`, which has the same settings, where it is given."""
+    view = ProcessInputs(x, y, settings)
+    begin = view.start() if start is None else _process_of(start)
+    process, losses = _most_likely(view, x, settings, iterations, begin)
     tuned = {
         "lengthscales": process.lengthscales.tolist(),
         "signal": process.signal,
         "noise_level": process.noise,
     }
     return tuned, losses.tolist()
+
+
+def _process_of(tuned: Mapping[str, Any]) -> Process:
+    """With the parameters that `fitted` gave."""
+    return Process(
+        tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"]
+    )
 
 
 class ProcessSolution:
@@ -192,9 +204,7 @@ class ProcessSolution:
         from scipy.linalg import cho_solve
 
         self._view = ProcessInputs(x, y, tuned)
-        self._process = Process(
-            tuned["kernel"], np.array(tuned["lengthscales"]), tuned["signal"], tuned["noise_level"]
-        )
+        self._process = _process_of(tuned)
         self._rows = self._view.inputs(x)
         self._lower = self._process.factor(*self._rows)
         self._weights = cho_solve((self._lower, True), self._view.output)

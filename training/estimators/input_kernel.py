@@ -40,8 +40,22 @@ class InputKernel:
         """Whether the kernel has a name, and is evaluated without PyTorch."""
         return isinstance(self.description, str)
 
-    def made(self, predictors: int) -> Any:
-        """A kernel of GPyTorch to be trained over so many predictors, in float64."""
+    def made(self, predictors: int, start: Arrays | None = None) -> Any:
+        """A kernel of GPyTorch to be trained over so many predictors, in float64; from the
+        parameters of another (`numbers`) where `start` has them."""
+        kernel = self._unstarted(predictors)
+        if start is None:
+            return kernel
+        if not self.is_named:
+            from ..gp.kernel_description import set_numbers
+
+            return set_numbers(kernel, self._own_numbers(start))
+        from ..gp.basis_process import lengthscale_interval, within
+
+        kernel.lengthscale = within(lengthscale_interval(), np.exp(start["log_lengthscales"]))
+        return kernel
+
+    def _unstarted(self, predictors: int) -> Any:
         from copy import deepcopy
 
         if isinstance(self._given, str):
@@ -79,12 +93,16 @@ class InputKernel:
             return NamedCovariance(self.description, np.ones(len(arrays["log_lengthscales"])))
         from ..gp.kernel_description import kernel_of, set_numbers
 
-        numbers = {
+        return TorchCovariance(set_numbers(kernel_of(self.description), self._own_numbers(arrays)))
+
+    @staticmethod
+    def _own_numbers(arrays: Arrays) -> Arrays:
+        """Of a kernel that was handed in."""
+        return {
             name.removeprefix(_PREFIX): array
             for name, array in arrays.items()
             if name.startswith(_PREFIX)
         }
-        return TorchCovariance(set_numbers(kernel_of(self.description), numbers))
 
     def report(self, arrays: Arrays) -> tuple[dict[str, Any], dict[str, list[float]]]:
         """Settings and, for a named kernel, the lengthscale of each standardised predictor."""

@@ -3,7 +3,7 @@ nothing."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -71,12 +71,24 @@ class SingleOutputs(LearnedArrays):
         return {"x": ("n", "d"), "y": ("n", "m"), **STANDARDS, **kernel, **tuned}
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        return self._fit(x, y, rng, [None] * y.shape[1])
+
+    def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        """Every search begins at the parameters that its output has learned."""
+        starts = [self._of_output(output) for output in range(y.shape[1])]
+        return type(self)(**self.settings())._fit(x, y, rng, starts)
+
+    def _fit(
+        self, x: Floats, y: Floats, rng: np.random.Generator, starts: Sequence[Arrays | None]
+    ) -> Self:
         inputs, outputs = Standard.of(x), Standard.of(y)
         rows = np.sort(rng.permutation(len(x))[: self.tuning_rows])
         z, columns = inputs.apply(x)[rows], outputs.apply(y)[rows]
         self.losses_ = []
         with one_core():
-            tuned = [self._tuned(z, columns[:, [j]]) for j in range(columns.shape[1])]
+            tuned = [
+                self._tuned(z, columns[:, [output]], start) for output, start in enumerate(starts)
+            ]
         stacked = {name: np.stack([parameters[name] for parameters in tuned]) for name in tuned[0]}
         self._keep(x, y, inputs, outputs, stacked)
         return self
@@ -124,12 +136,16 @@ class SingleOutputs(LearnedArrays):
             {} if not self.losses_ else {"loss": _mean_history(self.losses_)},
         )
 
-    def _tuned(self, z: Floats, column: Floats) -> Arrays:
+    def _tuned(self, z: Floats, column: Floats, start: Arrays | None) -> Arrays:
         from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
         from ..gp.maximise import maximise
         from ..gp.multitask import CoregionalModel
 
-        model = CoregionalModel(z, column, self.input_kernel.made(z.shape[1]), 1)
+        kernel = self.input_kernel.made(z.shape[1], start)
+        model = CoregionalModel(z, column, kernel, 1)
+        if start is not None:
+            variances = (np.exp(start[name]) for name in ("log_kappa", "log_noise"))
+            model.set_outputs(start["loadings"], *variances)
         search = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
         if self.losses_ is not None:
             self.losses_.append(search.losses)

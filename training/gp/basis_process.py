@@ -52,6 +52,15 @@ def variance_interval() -> LogInterval:
     return LogInterval(LEAST_VARIANCE, MOST_VARIANCE)
 
 
+def within(interval: Interval, values: Floats) -> torch.Tensor:
+    """Values inside the bounds of a `LogInterval`. Learned ones may lie on a bound, and their
+    logarithm beyond it by rounding."""
+    margin = 1e-12
+    return torch.as_tensor(values).clamp(
+        interval.lower_bound * (1 + margin), interval.upper_bound * (1 - margin)
+    )
+
+
 def lengthscale_interval() -> LogInterval:
     """The bounds of a lengthscale of standardised predictors."""
     return LogInterval(LEAST_LENGTHSCALE, MOST_LENGTHSCALE)
@@ -138,11 +147,13 @@ class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch p
         self.scaled_kernel.register_constraint(
             "raw_outputscale", LogInterval(_SIGNAL[0] ** 2, _SIGNAL[1] ** 2)
         )
-        self.scaled_kernel.outputscale = torch.tensor(signal**2, dtype=torch.float64)
+        self.scaled_kernel.outputscale = within(
+            self.scaled_kernel.raw_outputscale_constraint, np.array(signal**2)
+        )
         if self.basis_kernel is not None:
             self.basis_kernel.variance = torch.tensor(prior, dtype=torch.float64)
             self.basis_kernel.raw_variance.requires_grad_(False)
-        likelihood.noise = torch.tensor(noise**2, dtype=torch.float64)
+        likelihood.noise = within(likelihood.noise_covar.raw_noise_constraint, np.array(noise**2))
         self.train()
 
     def forward(self, x: torch.Tensor) -> Any:

@@ -17,6 +17,7 @@ from .basis_process import (
     log_lengthscale_prior,
     log_variance_prior,
     variance_interval,
+    within,
 )
 from .kernel_description import SquaredExponential
 from .kernels import kernel_named
@@ -135,11 +136,21 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
             kappa: The variance (m,) of each output alone.
             noise: The variance (m,) of one measurement of each output.
         """
+        self.kernel.lengthscale = within(lengthscale_interval(), lengthscales)
+        self.set_outputs(loadings, kappa, noise)
+
+    def set_outputs(self, loadings: Floats, kappa: Floats, noise: Floats) -> None:
+        """Set the parameters between outputs, whatever the kernel.
+
+        Parameters:
+            loadings: W (m, rank) of the covariance B between outputs.
+            kappa: The variance (m,) of each output alone.
+            noise: The variance (m,) of one measurement of each output.
+        """
         index = self.covar_module.task_covar_module
-        self.kernel.lengthscale = torch.as_tensor(lengthscales)
         index.covar_factor.data = torch.tensor(loadings)
-        index.var = torch.as_tensor(kappa)
-        self.likelihood.task_noises = torch.as_tensor(noise)
+        index.var = within(variance_interval(), kappa)
+        self.likelihood.task_noises = within(variance_interval(), noise)
 
 
 def _numbers(tensor: torch.Tensor) -> Floats:

@@ -22,6 +22,7 @@ import numpy as np
 from ...dataset.table import Predictor
 from ..models.serialization import parts_within, plugin_of, write_model
 from ..models.training_task import TRAINING_VERSION
+from ..tuning.importance import with_importance
 from .loading import BENCH_COLUMNS, input_column, output_columns
 from .records import Trained
 from .tags import FIT, about, fit_parameters, flat, sha256_of_keys, write_held_out
@@ -129,7 +130,8 @@ def _git(*arguments: str) -> str:
 
 #: The predictions that the metrics came from.
 HELD_OUT = "held_out.npz"
-#: The trials of the searches for settings; not written where nothing was searched.
+#: The trials of the searches for settings, and the importance of these; not written where nothing
+#: was searched.
 SEARCHES = "searches.json"
 #: Of a history so many points are kept, evenly with the first and the last: a picture shows no
 #: more.
@@ -137,12 +139,17 @@ MOST_STEPS = 200
 
 
 def log_files(client: MlflowClient, run_id: str, trained: Trained, room: Path) -> None:
-    """Held-out predictions, trials of searches, plots and versions of the code, all in one call."""
+    """Held-out predictions, searches with the importance of their settings, plots and versions of
+    the code, all in one call."""
     room.mkdir()
     write_held_out(trained.held_out, room / HELD_OUT)
     versions = code_version(trained.packed[0]["model"])
     (room / "code_version.json").write_text(json.dumps(versions, indent=2), encoding="utf-8")
-    if searches := {name: search.as_json() for name, search in trained.fit_report.searches.items()}:
+    searches = {
+        name: with_importance(search).as_json()
+        for name, search in trained.fit_report.searches.items()
+    }
+    if searches:
         (room / SEARCHES).write_text(json.dumps(searches), encoding="utf-8")
     for name, content in trained.figures.items():
         (room / name).write_bytes(content)

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any
 from ...schema.transactions import is_transient, retry
 from ..estimators.base import SettingValue
 from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
-from ..tuning.trials import SettingsSearch, searches_from
+from ..tuning.importance import registered_searches
+from ..tuning.trials import SettingsSearch
 from .connection import Connection, RegistryError, patient
 from .decisions import champions_of, crown, decide, decisions, next_stamp, settle
 from .file_hashes import MODEL, RUN, AlteredFilesError, check_file, check_files, hash_files
@@ -161,8 +162,8 @@ class Registry:
 
     @patient
     def searches(self, version: Version) -> dict[str, SettingsSearch]:
-        """The trials of a version's searches for settings, by the part of the model ("force",
-        "time").
+        """The trials of a version's searches for settings with the importance of these, by the part
+        of the model ("force", "time").
 
         Empty where nothing was searched, or older software trained the version, or its files are
         gone.
@@ -184,7 +185,7 @@ class Registry:
                 if not stored_here:  # it is listed: that it cannot be read is no answer
                     raise
                 return {}  # trained before trials were kept
-        return searches_from(json.loads(content))
+        return registered_searches(json.loads(content))
 
     def damage(self, version: Version) -> str | None:
         """What is wrong with a version's files; None where they are those written.

@@ -28,17 +28,28 @@ class Trial:
 
 
 @dataclass(frozen=True)
+class Importance:
+    """How much each setting matters: shares that sum to 1, the largest first; and how well a forest
+    explains trials that it has not seen (R²)."""
+
+    shares: Mapping[str, float]
+    explained: float
+
+
+@dataclass(frozen=True)
 class SettingsSearch:
     """Trials in their order. `method` and `score_name` are words: how settings were proposed, what
     the score is.
 
-    `logarithmic` are the settings that the search spaces by their logarithm.
+    `logarithmic` are the settings that the search spaces by their logarithm. `importance` is what
+    the trials say of the settings; None where it was not judged, or cannot be.
     """
 
     method: str
     score_name: str
     trials: tuple[Trial, ...]
     logarithmic: tuple[str, ...] = ()
+    importance: Importance | None = field(default=None, compare=False)
 
     @property
     def settings(self) -> tuple[str, ...]:
@@ -58,8 +69,13 @@ class SettingsSearch:
 def search_from(document: Mapping[str, Any]) -> SettingsSearch:
     """A search from what `as_json` made. Raises `TypeError`, `KeyError` for another document."""
     trials = tuple(Trial(**trial) for trial in document["trials"])
+    importance = document.get("importance")
     return SettingsSearch(
-        document["method"], document["score_name"], trials, tuple(document.get("logarithmic", ()))
+        document["method"],
+        document["score_name"],
+        trials,
+        tuple(document.get("logarithmic", ())),
+        None if importance is None else Importance(**importance),
     )
 
 

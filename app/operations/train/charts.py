@@ -29,8 +29,6 @@ from ...figures.figure import (
 )
 from .searches import (
     QUARTERS,
-    Importance,
-    importance_of,
     importance_sentence,
     parallel_axes,
     part_words,
@@ -43,7 +41,7 @@ from .wording import ERRORS, bounded
 
 if TYPE_CHECKING:
     from ....training.evaluation.comparison import Comparison, Difference
-    from ....training.tuning.trials import SettingsSearch
+    from ....training.tuning.trials import Importance, SettingsSearch
 
 #: Lines of a quarter of the trials, the best first: role, opacity, width. Darker is better,
 #: whatever colours a reader sees.
@@ -435,10 +433,9 @@ def searches_figure(searches: Mapping[str, SettingsSearch]) -> PlotGrid:
     """Trials on parallel axes beside the importance of the settings, a row for each search."""
     rows, notes = [], []
     for name, search in searches.items():
-        importance = importance_of(search)
         notes.append(search_sentence(name, search))
-        bars = None if importance is None else importance_figure(importance)
-        if importance is None:
-            notes.append(importance_sentence(search, None))
+        bars = None if search.importance is None else importance_figure(search.importance)
+        if bars is None:
+            notes.append(importance_sentence(search))
         rows.append((search_figure(search), bars))
     return PlotGrid("Searches for settings", tuple(rows), notes=tuple(notes))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....training.tuning.importance import least_trials
 from ...common.number_format import format_number
 
 if TYPE_CHECKING:
@@ -36,10 +37,6 @@ _SETTINGS = {
 }
 #: Trials by their score, the best first.
 QUARTERS = ("best quarter of the trials", "second quarter", "third quarter", "worst quarter")
-#: Fewer trials than these, or than so many for each setting, say nothing of importance.
-_LEAST_TRIALS, _LEAST_FOR_EACH = 12, 4
-#: A forest that explains less of the trials that it has not seen says nothing of importance.
-_LEAST_EXPLAINED = 0.2
 #: More values than these on a logarithmic axis are marked by decades.
 _MOST_TICKS = 6
 #: Share of an axis between two words on it.
@@ -54,15 +51,6 @@ class ParallelAxis:
     title: str
     places: tuple[float | None, ...]
     ticks: tuple[tuple[float, str], ...]
-
-
-@dataclass(frozen=True)
-class Importance:
-    """How much each setting matters: shares that sum to 1, the largest first; and how well a forest
-    explains trials that it has not seen (R²)."""
-
-    shares: Mapping[str, float]
-    explained: float
 
 
 def setting_words(name: str) -> str:
@@ -213,49 +201,9 @@ def _settings_words(trial: Trial) -> str:
     )
 
 
-def importance_of(search: SettingsSearch) -> Importance | None:
-    """Permutation importance of a random forest that predicts the score of a trial from its
-    settings.
-
-    Breiman, "Random forests", Machine Learning 45 (2001), as scikit-learn has it. The forest learns
-    the logarithm of the score, so that a few very bad trials do not hide the others. None where the
-    trials are too few, one setting alone was searched, or the forest explains less than a fifth of
-    trials that it has not seen (out of its bags).
-    """
-    names = search.settings
-    if len(names) < 2 or len(search.trials) < max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names)):
-        return None
-    scores = np.array([trial.score for trial in search.trials])
-    if scores.min() <= 0 or np.ptp(scores) == 0:
-        return None
-    from sklearn.ensemble import RandomForestRegressor
-    from sklearn.inspection import permutation_importance
-
-    x = np.column_stack(
-        [
-            [np.nan if place is None else place for place in axis.places]
-            for axis in parallel_axes(search)[:-1]
-        ]
-    )
-    target = np.log(scores)
-    forest = RandomForestRegressor(60, oob_score=True, random_state=0, n_jobs=1).fit(x, target)
-    if not forest.oob_score_ >= _LEAST_EXPLAINED:
-        return None
-    means = permutation_importance(
-        forest, x, target, n_repeats=5, random_state=0, n_jobs=1
-    ).importances_mean
-    sizes = np.clip(means, 0.0, None)
-    if sizes.sum() == 0:
-        return None
-    pairs = sorted(
-        zip(names, (sizes / sizes.sum()).tolist(), strict=True), key=lambda pair: -pair[1]
-    )
-    return Importance(dict(pairs), float(forest.oob_score_))
-
-
-def importance_sentence(search: SettingsSearch, importance: Importance | None) -> str:
+def importance_sentence(search: SettingsSearch) -> str:
     """What the importance says and by which method, or why it cannot be judged."""
-    trials, names = len(search.trials), search.settings
+    trials, names, importance = len(search.trials), search.settings, search.importance
     if importance is not None:
         first = next(iter(importance.shares))
         return (
@@ -270,7 +218,7 @@ def importance_sentence(search: SettingsSearch, importance: Importance | None) -
             f"Only one setting was searched ({setting_words(names[0])}), so that "
             f"there is no importance to compare."
         )
-    needed = max(_LEAST_TRIALS, _LEAST_FOR_EACH * len(names))
+    needed = least_trials(len(names))
     if trials < needed:
         return (
             f"The importance of the settings cannot be judged: there are {trials} trials of "

@@ -76,7 +76,7 @@ class ModelVersion(Result):
 
     def tables(self) -> Sequence[ResultTable | Lines]:
         """Figures, settings, and what each search tried."""
-        from .searches import importance_of, importance_sentence, search_sentence, settings_rows
+        from .searches import importance_sentence, search_sentence, settings_rows
         from .wording import version_tables
 
         settings = settings_rows(self.settings, self.searches)
@@ -84,10 +84,7 @@ class ModelVersion(Result):
         lines = [
             line
             for part, search in self.searches.items()
-            for line in (
-                search_sentence(part, search),
-                importance_sentence(search, importance_of(search)),
-            )
+            for line in (search_sentence(part, search), importance_sentence(search))
         ]
         version = self.version
         source = f"dataset {version.dataset.name}, split {version.split}, seed {version.seed}"

@@ -116,3 +116,14 @@ def test_outputs_of_both_signs_need_no_logarithm() -> None:
     arrays = {**searched().arrays(), "settings": np.array([9, 0, 0, 0, 0])}
     with pytest.raises(ValueError, match="not positions in the lists"):
         rebuilt(SEARCHED).restore(arrays)
+
+
+def test_learned_anew_from_other_configurations_it_finds_the_law_and_its_noise() -> None:
+    rows, asked = times()
+    others = np.isin(rows.groups, np.unique(rows.groups)[::5], invert=True)
+    again = searched().relearn(
+        rows.x[others], rows.y[others], rows.groups[others], np.random.default_rng(1)
+    )
+    assert error_of(again) < 1.15 * 0.8 * NOISE
+    answer = again.predict(asked.x)
+    assert np.median(answer.spread / answer.mean) == pytest.approx(NOISE, rel=0.15)

@@ -74,6 +74,22 @@ class TestBoth:
         within = np.abs(found.mean - y[80:]) < 1.645 * found.spread
         assert 0.84 < within.mean() < 0.95
 
+    def test_learned_anew_from_the_same_rows_it_predicts_the_same(self, kind: type[Any]) -> None:
+        x, y = waves(80, 0.05)
+        model = learned(kind, 0.05)
+        again = model.relearn(x, y, np.arange(80), np.random.default_rng(1))
+        np.testing.assert_allclose(again.predict(x).mean, model.predict(x).mean, atol=0.01)
+        np.testing.assert_allclose(again.predict(x).spread, model.predict(x).spread, rtol=0.02)
+
+    def test_learned_anew_it_interpolates_rows_that_did_not_tune_it(
+        self, kind: type[Any], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("pyroshock.training.estimators.coregional.RELEARNING_ROWS", 40)
+        x, y = waves(80)
+        model = fit(kind(**({"tuning_rows": 40} if kind is SingleOutputs else {})), x, y)
+        again = model.relearn(x, y, np.arange(80), np.random.default_rng(1))
+        np.testing.assert_allclose(again.predict(x).mean, y, atol=0.01)
+
     def test_refit_keeps_the_kernel(self, kind: type[Any]) -> None:
         one, (x, y) = learned(kind, 0.05), waves(120, 0.05)
         other = one.refit(x, y, np.arange(120), np.random.default_rng(1))
@@ -284,3 +300,13 @@ def test_models_of_older_software_are_read(kind: str) -> None:
     prediction = build({"kind": kind, "settings": settings}).restore(stored).predict(x)
     np.testing.assert_allclose(prediction.mean, mean, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(prediction.spread, spread, rtol=1e-6)
+
+
+def test_outputs_are_learned_anew_from_where_they_are() -> None:
+    x, y = waves(80, 0.05)
+    model = SingleOutputs().fit(x, y, np.arange(80), np.random.default_rng(0))
+    again = model.relearn(x, y, np.arange(80), np.random.default_rng(0))
+    assert model.losses_ is not None and again.losses_ is not None
+    for losses, further in zip(model.losses_, again.losses_, strict=True):
+        assert further[0] == pytest.approx(losses.min(), abs=1e-9)
+        assert further.min() <= further[0] and 2 * len(further) < len(losses)
