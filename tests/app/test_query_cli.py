@@ -127,7 +127,8 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     (("delete from impacts",), "pyroshock runs discard"),
     (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
     (("select set_config('transaction_read_only', 'off', true)",), ""),
-    (("select * from impact",), "no table 'impact' in the store; tables: campaigns,"),
+    (("select * from impact",),
+     "no table 'impact' in the store; tables: campaign_counts, campaigns,"),
     (("select p.peak_force from pulses p",),
      "no column 'peak_force' in pulses; did you mean peak_force_n"),
     (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) "

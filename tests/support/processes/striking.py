@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -182,7 +183,8 @@ def _struck(
     if by_clock:
         number = forge.start(place)
         if not forge.ended_within(undisturbed.seconds * rng.uniform(0, 0.98)):
-            os.killpg(number, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # it has ended since, and its exit code tells so
+                os.killpg(number, signal.SIGKILL)
     else:
         forge.start(place, at=int(rng.integers(1, undisturbed.statements + 1)))
     code = forge.wait()
