@@ -120,9 +120,13 @@ class Effect(ABC):
 
     def __post_init__(self) -> None:
         for item in self.parameters():
-            values = np.asarray(getattr(self, item.name), dtype=np.float64)
+            value = getattr(self, item.name)
+            # A diagnosis makes a hundred thousand effects, mostly of single numbers.
+            if isinstance(value, float) and item.low <= value <= item.high:
+                continue
+            values = np.asarray(value, dtype=np.float64)
             good = (values >= item.low) & (values <= item.high)
-            if not np.all(good):
+            if not good.all():
                 raise ValueError(
                     f"{self.id}: {item.name} = {float(values[~good].flat[0])!r}; expected "
                     f"{item.low:g} to {item.high:g} {item.unit}".rstrip()

@@ -300,14 +300,19 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
         replace(
             same[0],
             **{
-                item.name: np.concatenate(
-                    [np.broadcast_to(getattr(effect, item.name), (count,)) for effect in same]
-                )
+                item.name: _for_each_case([getattr(effect, item.name) for effect in same], count)
                 for item in same[0].parameters()
             },
         )
         for same in zip(*ordered, strict=True)
     ]
+
+
+def _for_each_case(values: Sequence[float | Floats], count: int) -> Floats:
+    """(k x `count`,) of k values of a parameter, each a number or one for each case (`count`,)."""
+    if any(np.ndim(value) for value in values):
+        return np.concatenate([np.broadcast_to(value, (count,)) for value in values])
+    return np.repeat(np.array(values, dtype=np.float64), count)
 
 
 def at_rows(effects: Sequence[E], rows: Rows) -> tuple[E, ...]:
@@ -319,8 +324,9 @@ def at_rows(effects: Sequence[E], rows: Rows) -> tuple[E, ...]:
         rows: The places (k,) of the wanted cases; a case may be named several times.
     """
 
-    def values(effect: E) -> dict[str, Floats]:
-        arrays = {item.name: np.asarray(getattr(effect, item.name)) for item in effect.parameters()}
-        return {name: array[rows] for name, array in arrays.items() if array.ndim}
+    def of_rows(effect: E) -> E:
+        values = {item.name: getattr(effect, item.name) for item in effect.parameters()}
+        of_cases = {name: np.asarray(at)[rows] for name, at in values.items() if np.ndim(at)}
+        return replace(effect, **of_cases) if of_cases else effect
 
-    return tuple(replace(effect, **values(effect)) for effect in effects)
+    return tuple(map(of_rows, effects))

@@ -254,7 +254,8 @@ def _apex(force: Floats, peak: Floats) -> Floats:
 def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
     """Sum of the force in steps, both ends to a fraction of a step."""
     beyond = _BEYOND * (high - low)
-    total = np.pad(np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1), ((0, 0), (1, 0)))
+    total = np.zeros(force.shape)
+    np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1, out=total[:, 1:])
     ends = _clipped(total, np.stack([low - beyond, high + beyond], axis=1))
     return np.asarray(ends[:, 1] - ends[:, 0])
 
