@@ -113,7 +113,12 @@ coverage: .venv/.pyroshock-dev ## the default tests (or TESTS), statements and b
 	$(CLEAN) $(BIN)/coverage run -m pytest -m "not slow and not bench" --timeout=600 --hypothesis-profile=ci -n $(WORKERS) --dist loadfile $(TESTS) || status=1; \
 	$(BIN)/coverage combine -q && $(BIN)/python -m tools.covered $(if $(filter tests,$(TESTS)),--floor --page) || status=1; exit $$status
 
-check: format-check lint types imports licences audit docs test ## what CI runs: format, lint, types, import rules, licences, audit, documentation, tests
+CHECKS := format-check lint types imports licences audit docs
+
+# Two of the checks at a time, for the longest ones have one process each; the tests alone, which have time limits.
+check: .venv/.pyroshock-dev ## what CI runs: format, lint, types, import rules, licences, audit, documentation, tests
+	@$(MAKE) --no-print-directory -j 2 --output-sync $(CHECKS)
+	@$(MAKE) --no-print-directory test
 
 format: .venv/.pyroshock-dev ## rewrite the sources to the project's format
 	@$(BIN)/ruff check -q --fix-only .

@@ -60,9 +60,9 @@ def hit_counts(session: Session, campaigns: Collection[int] | None = None) -> di
     if campaigns is not None:
         query = query.where(_campaigns.c.id.in_(campaigns))
     rows = connection.execute(query).all()
-    kept = {key: (impacts, shots) for key, impacts, shots in rows}
+    kept_hits = {key: (impacts, shots) for key, impacts, shots in rows}
     uncounted = [key for key, impacts, _ in rows if impacts is None]
-    return kept | _counted(connection, uncounted) if uncounted else kept
+    return kept_hits | _counted(connection, uncounted) if uncounted else kept_hits
 
 
 def count_added(connection: Connection, campaign: int, impacts: int, shots: int) -> None:
@@ -78,11 +78,13 @@ def count_added(connection: Connection, campaign: int, impacts: int, shots: int)
     if not impacts and not shots:
         return
     # The row is locked before it is read: two processes that add to the campaign count both.
-    kept = connection.execute(_KEPT_OF_ONE, {"campaign": campaign}).one_or_none()
-    if kept is None:
+    kept_row = connection.execute(_KEPT_OF_ONE, {"campaign": campaign}).one_or_none()
+    if kept_row is None:
         _keep(connection, campaign, _counted(connection, [campaign])[campaign], is_new=True)
     else:
-        _keep(connection, campaign, (kept.impacts + impacts, kept.shots + shots), is_new=False)
+        _keep(
+            connection, campaign, (kept_row.impacts + impacts, kept_row.shots + shots), is_new=False
+        )
 
 
 def recount(session: Session) -> None:
@@ -94,10 +96,10 @@ def recount(session: Session) -> None:
     connection = session.connection()
     # Locked before anything is counted: what others add meanwhile, they add to these numbers.
     rows = connection.execute(_KEPT.order_by(_COUNTS.c.campaign_id).with_for_update()).all()
-    kept = {row.campaign_id for row in rows}
+    kept_campaigns = {row.campaign_id for row in rows}
     campaigns = session.scalars(select(Campaign.id).order_by(Campaign.id)).all()
     for campaign, counts in _counted(connection, campaigns).items():
-        _keep(connection, campaign, counts, is_new=campaign not in kept)
+        _keep(connection, campaign, counts, is_new=campaign not in kept_campaigns)
 
 
 def _keep(connection: Connection, campaign: int, counts: Hits, *, is_new: bool) -> None:

@@ -159,11 +159,11 @@ def _add(session: Session, fingerprint: str, levels: Sequence[_StoredLevel]) -> 
     row = add_or_get(session, Configuration, {"fingerprint": fingerprint})
     # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it
     # before ours ends.
-    there = set(session.connection().scalars(_LEVELS_OF_ONE, {"configuration": row.id}))
+    stored_levels = set(session.connection().scalars(_LEVELS_OF_ONE, {"configuration": row.id}))
     session.add_all(
         ConfigurationLevel(configuration_id=row.id, level_id=level.id, factor_id=level.factor_id)
         for level in levels
-        if level.id not in there
+        if level.id not in stored_levels
     )
     session.flush()
     return row.id

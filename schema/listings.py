@@ -104,23 +104,23 @@ def _plan_counts(table: type[Impact] | type[Shot], of_campaigns: bool) -> Select
     Of all campaigns, the hits are looked up by their planned run, for a database would rather read
     every hit.
     """
-    chosen = (
+    hit_condition = (
         table.campaign_id.in_(bindparam("campaigns", expanding=True))
         if of_campaigns
         else table.planned_run_id.in_(select(PlannedRun.id))
     )
-    touched = (
+    plans_of_campaigns = (
         select(table.campaign_id, PlannedRun.plan_id)
         .join(PlannedRun, table.planned_run_id == PlannedRun.id)
-        .where(chosen)
+        .where(hit_condition)
         .distinct()
         .subquery()
     )
-    done = func.sum(case((run_status() == "done", 1), else_=0))
-    query = select(touched.c.campaign_id, func.count(), done).join(
-        PlannedRun, PlannedRun.plan_id == touched.c.plan_id
+    done_runs = func.sum(case((run_status() == "done", 1), else_=0))
+    query = select(plans_of_campaigns.c.campaign_id, func.count(), done_runs).join(
+        PlannedRun, PlannedRun.plan_id == plans_of_campaigns.c.plan_id
     )
-    return query.group_by(touched.c.campaign_id)
+    return query.group_by(plans_of_campaigns.c.campaign_id)
 
 
 def iter_impacts(

@@ -242,11 +242,11 @@ class CampaignWriter:
         """Whether a recording is to be written: another process may have stored this very one since
         we looked. One that was set aside and has been mended makes room for its better self."""
         connection = session.connection()
-        own = {"campaign": self._file.name, "path": done.path}
-        there = connection.execute(_OF_PATH, own).one_or_none()
-        if there is not None and there.status == SET_ASIDE:
-            delete_set_aside(connection, there.id)
-        return there is None or (there.status, there.sha256) != (STORED, done.sha256)
+        recording_path = {"campaign": self._file.name, "path": done.path}
+        stored_row = connection.execute(_OF_PATH, recording_path).one_or_none()
+        if stored_row is not None and stored_row.status == SET_ASIDE:
+            delete_set_aside(connection, stored_row.id)
+        return stored_row is None or (stored_row.status, stored_row.sha256) != (STORED, done.sha256)
 
     def write(self, session: Session, done: ExtractedRecording) -> Added:
         """The rows of one recording within a transaction of the caller's, who has made

@@ -219,8 +219,8 @@ def _delete(session: Session, part: Part) -> dict[str, int]:
         )
         counts[table.__tablename__] = int(result.rowcount)  # type: ignore[attr-defined]
     if part.kind == RECORDING:  # the kept numbers of a campaign go with its row
-        gone = (counts[table.__tablename__] for table in (Impact, Shot))
-        count_added(session.connection(), part.campaign_id, *(-count for count in gone))
+        removed_hits = (counts[table.__tablename__] for table in (Impact, Shot))
+        count_added(session.connection(), part.campaign_id, *(-count for count in removed_hits))
     return {name: count for name, count in counts.items() if count}
 
 

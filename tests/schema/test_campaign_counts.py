@@ -102,10 +102,10 @@ def _add_shot(session, run):
 def test_the_check_names_both_numbers_and_an_upgrade_counts_anew(tables_url, tmp_path, column):
     ingested(tables_url, hammer_campaign(tmp_path / "a", 2, 2, "a"), gun_campaign(tmp_path / "gun"))
     counted = {"impacts": ("a", 4), "shots": ("gun", 3)}[column]
-    own = select(Campaign.id).where(Campaign.name == counted[0]).scalar_subquery()
+    campaign_key = select(Campaign.id).where(Campaign.name == counted[0]).scalar_subquery()
     with opened(tables_url) as store:
-        wrong = update(CampaignCounts).where(CampaignCounts.campaign_id == own)
-        store.write(lambda session: session.execute(wrong.values({column: 17})))
+        wrong_count = update(CampaignCounts).where(CampaignCounts.campaign_id == campaign_key)
+        store.write(lambda session: session.execute(wrong_count.values({column: 17})))
     lines = pyroshock("db", "check", "--db", tables_url).stdout.splitlines()
     (line,) = [line for line in lines if line.startswith("counts")]
     assert f"campaign {counted[0]}, kept 17, counted {counted[1]}" in line

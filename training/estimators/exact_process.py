@@ -179,8 +179,8 @@ def fitted(
     """Kernel parameters of greatest likelihood, and the losses of the search per row. The search
     begins at the parameters of `start`, which has the same settings, where it is given."""
     view = ProcessInputs(x, y, settings)
-    begin = view.start() if start is None else _process_of(start)
-    process, losses = _most_likely(view, x, settings, iterations, begin)
+    first_process = view.start() if start is None else _process_of(start)
+    process, losses = _most_likely(view, x, settings, iterations, first_process)
     tuned = {
         "lengthscales": process.lengthscales.tolist(),
         "signal": process.signal,

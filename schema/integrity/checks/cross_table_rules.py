@@ -49,19 +49,19 @@ _findings = (
 
 def _miscounted(table: type[Impact] | type[Shot]) -> CrossTableRule:
     """Campaigns of which another number of impacts or shots is kept than they have."""
-    hits, kept = table.__tablename__, getattr(CampaignCounts, table.__tablename__)
+    hits, kept_count = table.__tablename__, getattr(CampaignCounts, table.__tablename__)
     counted = (
         select(func.count())
         .where(table.campaign_id == Campaign.id)
         .correlate(Campaign)
         .scalar_subquery()
     )
-    columns = (Campaign.name.label("campaign"), kept.label("kept"), counted.label("counted"))
+    columns = (Campaign.name.label("campaign"), kept_count.label("kept"), counted.label("counted"))
     return CrossTableRule(
         f"another number of {hits} is kept than the campaign has",
         select(*columns)
         .join(CampaignCounts, CampaignCounts.campaign_id == Campaign.id)
-        .where(kept != counted),
+        .where(kept_count != counted),
         Campaign.id,
         COUNT_ANEW,
     )

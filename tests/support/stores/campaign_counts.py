@@ -20,6 +20,6 @@ def assert_counts_kept(session: Session) -> None:
         for table in (Impact, Shot)
     )
     columns = (CampaignCounts.campaign_id, CampaignCounts.impacts, CampaignCounts.shots)
-    kept = {key: (i, s) for key, i, s in session.execute(select(*columns))}
-    assert kept == {key: (impacts.get(key, 0), shots.get(key, 0)) for key in kept}
-    assert set(kept) >= {*impacts, *shots}
+    kept_hits = {key: (i, s) for key, i, s in session.execute(select(*columns))}
+    assert kept_hits == {key: (impacts.get(key, 0), shots.get(key, 0)) for key in kept_hits}
+    assert set(kept_hits) >= {*impacts, *shots}
