@@ -451,7 +451,7 @@ def in_closest_packing(frame: bytes) -> bytes:
         The frame in the last of `PACKINGS`; a damaged one as it is.
     """
     if len(frame) < _HEADER_BYTES or frame[2] >> 5 == _ZSTD:
-        return frame
+        return frame  # too short to be a frame, hence damaged; or in the closest packing already
     try:
         return encode(as_floats(frame, "pulse"), PACKINGS[-1])
     except SeriesError:  # damaged content is another content, and is known by its own bytes
