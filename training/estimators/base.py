@@ -24,6 +24,13 @@ from numpy.typing import NDArray
 from ...array_types import Floats
 from ..tuning.trials import SettingsSearch
 
+#: A search for a process's parameters ends where its loss changes by less than this share of it.
+USUAL_CHANGE = 1e-6
+#: The same for a process that only calibrates the bands of another (`Estimator.relearn`), and the
+#: rows on which it is tuned, as many as `SingleOutputs` takes. The predictions differ by a
+#: twentieth of their spreads from those of a finer search.
+RELEARNING_CHANGE, RELEARNING_ROWS = 1e-4, 480
+
 #: A setting as MLflow keeps it: text and truth values as parameters, numbers as parameters and
 #: figures.
 SettingValue = str | bool | int | float

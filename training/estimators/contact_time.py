@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, Self
 
@@ -14,7 +15,7 @@ from ..gp.maximise import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
 from ..tuning.trials import SettingsSearch, Trial
-from .base import Arrays, FitReport, Gaussian, LearnedArrays, Shape
+from .base import RELEARNING_CHANGE, Arrays, FitReport, Gaussian, LearnedArrays, Shape
 from .exact_process import ProcessSolution, fitted, left_out_error
 
 #: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative
@@ -113,7 +114,12 @@ class ContactTimeProcess(LearnedArrays):
             with one_core():
                 choice, error = self._searched(x, y, groups, rng)
                 rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
-                parameters, self.losses_ = fitted(x[rows], y[rows], choice, 30)
+                start = None
+                if len(rows) > self.search_rows:  # steps on few rows cost little, and most are far
+                    few = rows[:: math.ceil(len(rows) / self.search_rows)]
+                    near, _ = fitted(x[few], y[few], choice, 30)
+                    start = {**choice, **near}
+                parameters, self.losses_ = fitted(x[rows], y[rows], choice, 30, start)
                 tuned = {**choice, **parameters, "error": error}
         return self.restore(_as_arrays(x, y, tuned))
 
@@ -130,7 +136,7 @@ class ContactTimeProcess(LearnedArrays):
             choice["log_time"], start = False, None
         with one_core():
             rows = np.sort(rng.permutation(len(x))[: self.search_rows])
-            parameters, _ = fitted(x[rows], y[rows], choice, 30, start)
+            parameters, _ = fitted(x[rows], y[rows], choice, 30, start, RELEARNING_CHANGE)
         return type(self)(**self.settings()).restore(
             _as_arrays(x, y, {**choice, **parameters, "error": tuned["error"]})
         )

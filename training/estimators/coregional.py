@@ -17,7 +17,10 @@ from ..gp.kernels import Covariance
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
 from .base import (
+    RELEARNING_CHANGE,
+    RELEARNING_ROWS,
     STANDARDS,
+    USUAL_CHANGE,
     Arrays,
     FitReport,
     Gaussian,
@@ -35,8 +38,6 @@ if TYPE_CHECKING:
     from ..gp.maximise import Maximisation
 
 
-#: So many rows tune a process that calibrates another's bands: as many as `SingleOutputs` takes.
-RELEARNING_ROWS = 480
 #: Components of less variance, relative to the largest, are rounding.
 LEAST_VARIANCE = 1e-8
 
@@ -118,11 +119,16 @@ class Coregional(LearnedArrays):
         return self._fit(x, y, np.arange(len(x)))
 
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
-        """Tuned on `RELEARNING_ROWS` random rows, solved for all."""
+        """Tuned on `RELEARNING_ROWS` random rows from the kernel that was learned, solved for
+        all."""
         rows = np.sort(rng.permutation(len(x))[:RELEARNING_ROWS])
-        return type(self)(**self.settings())._fit(x, y, rows)
+        new = type(self)(**self.settings())
+        return new._fit(x, y, rows, self._learned(), change=RELEARNING_CHANGE)
 
-    def _fit(self, x: Floats, y: Floats, tuning_rows: NDArray[np.intp]) -> Self:
+    def _fit(
+        self, x: Floats, y: Floats, tuning_rows: NDArray[np.intp], start: Arrays | None = None,
+        change: float = USUAL_CHANGE,
+    ) -> Self:  # fmt: skip
         from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
         from ..gp.maximise import maximise
         from ..gp.multitask import CoregionalModel
@@ -133,10 +139,12 @@ class Coregional(LearnedArrays):
             turn = principal(standard) if self.components else np.eye(y.shape[1])
             scores = rotate_back(standard, turn)[tuning_rows]
             model = CoregionalModel(
-                z[tuning_rows], scores, self.input_kernel.made(z.shape[1]), self.rank
+                z[tuning_rows], scores, self.input_kernel.made(z.shape[1], start), self.rank
             )
             self.maximisation_ = maximise(
-                KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations
+                KroneckerMarginalLogLikelihood(model.likelihood, model),
+                self.iterations,
+                change=change,
             )
             tuned = {
                 "turn": turn,

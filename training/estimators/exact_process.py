@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...array_types import Floats
 from ..gp.kernels import kernel_matrix
-from .base import Gaussian, Standard
+from .base import USUAL_CHANGE, Gaussian, Standard
 
 #: Prior variance of a coefficient of the basis; the output's own is 1.
 PRIOR = 10.0
@@ -76,13 +76,15 @@ def leave_folds_out(inverted: Floats, y: Floats, folds: Sequence[NDArray[np.bool
 
 
 def most_likely(
-    start: Process, z: Floats, h: Floats, y: Floats, ard: bool, noise_floor: float, iterations: int
-) -> tuple[Process, Floats]:
+    start: Process, z: Floats, h: Floats, y: Floats, ard: bool, noise_floor: float,
+    iterations: int, change: float = USUAL_CHANGE,
+) -> tuple[Process, Floats]:  # fmt: skip
     """The process of greatest marginal likelihood near `start`, and the losses of the search per
     row.
 
-    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above
-    `noise_floor`. Raises `ValueError` where the covariance is not positive definite.
+    The search stops where the loss changes by less than the share `change` of it. Without `ard`,
+    lengthscales stay equal; the noise's standard deviation keeps above `noise_floor`. Raises
+    `ValueError` where the covariance is not positive definite.
     """
     from ..gp.basis_process import BasisProcess
     from ..gp.marginal_likelihood import CholeskyMarginalLogLikelihood
@@ -95,7 +97,7 @@ def most_likely(
     search = maximise(
         CholeskyMarginalLogLikelihood(model.likelihood, model),
         iterations,
-        change=2.2e-9,
+        change=change,
         gradient=1e-5,
     )
     lengthscales = np.broadcast_to(model.lengthscales, z.shape[1]).copy()
@@ -150,10 +152,12 @@ class ProcessInputs:
 
 
 def _most_likely(
-    view: ProcessInputs, x: Floats, settings: Settings, iterations: int, start: Process
-) -> tuple[Process, Floats]:
+    view: ProcessInputs, x: Floats, settings: Settings, iterations: int, start: Process,
+    change: float = USUAL_CHANGE,
+) -> tuple[Process, Floats]:  # fmt: skip
+    z, h = view.inputs(x)
     floor = settings["noise"] / 10
-    return most_likely(start, *view.inputs(x), view.output, settings["ard"], floor, iterations)
+    return most_likely(start, z, h, view.output, settings["ard"], floor, iterations, change)
 
 
 def left_out_error(
@@ -175,12 +179,14 @@ def fitted(
     settings: Settings,
     iterations: int,
     start: Mapping[str, Any] | None = None,
+    change: float = USUAL_CHANGE,
 ) -> tuple[dict[str, Any], list[float]]:
     """Kernel parameters of greatest likelihood, and the losses of the search per row. The search
-    begins at the parameters of `start`, which has the same settings, where it is given."""
+    begins at the parameters of `start`, which has the same settings, where it is given, and stops
+    where the loss changes by less than the share `change` of it."""
     view = ProcessInputs(x, y, settings)
     first_process = view.start() if start is None else _process_of(start)
-    process, losses = _most_likely(view, x, settings, iterations, first_process)
+    process, losses = _most_likely(view, x, settings, iterations, first_process, change)
     tuned = {
         "lengthscales": process.lengthscales.tolist(),
         "signal": process.signal,

@@ -13,7 +13,9 @@ from ...array_types import Floats
 from ..gp.maximise import one_core
 from ..gp.posterior import Posterior, posterior
 from .base import (
+    RELEARNING_CHANGE,
     STANDARDS,
+    USUAL_CHANGE,
     Arrays,
     FitReport,
     Gaussian,
@@ -76,18 +78,20 @@ class SingleOutputs(LearnedArrays):
     def relearn(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         """Every search begins at the parameters that its output has learned."""
         starts = [self._of_output(output) for output in range(y.shape[1])]
-        return type(self)(**self.settings())._fit(x, y, rng, starts)
+        return type(self)(**self.settings())._fit(x, y, rng, starts, change=RELEARNING_CHANGE)
 
     def _fit(
-        self, x: Floats, y: Floats, rng: np.random.Generator, starts: Sequence[Arrays | None]
-    ) -> Self:
+        self, x: Floats, y: Floats, rng: np.random.Generator, starts: Sequence[Arrays | None],
+        change: float = USUAL_CHANGE,
+    ) -> Self:  # fmt: skip
         inputs, outputs = Standard.of(x), Standard.of(y)
         rows = np.sort(rng.permutation(len(x))[: self.tuning_rows])
         z, columns = inputs.apply(x)[rows], outputs.apply(y)[rows]
         self.losses_ = []
         with one_core():
             tuned = [
-                self._tuned(z, columns[:, [output]], start) for output, start in enumerate(starts)
+                self._tuned(z, columns[:, [output]], start, change)
+                for output, start in enumerate(starts)
             ]
         stacked = {name: np.stack([parameters[name] for parameters in tuned]) for name in tuned[0]}
         self._keep(x, y, inputs, outputs, stacked)
@@ -136,7 +140,9 @@ class SingleOutputs(LearnedArrays):
             {} if not self.losses_ else {"loss": _mean_history(self.losses_)},
         )
 
-    def _tuned(self, z: Floats, column: Floats, start: Arrays | None) -> Arrays:
+    def _tuned(
+        self, z: Floats, column: Floats, start: Arrays | None, change: float = USUAL_CHANGE
+    ) -> Arrays:
         from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
         from ..gp.maximise import maximise
         from ..gp.multitask import CoregionalModel
@@ -146,7 +152,8 @@ class SingleOutputs(LearnedArrays):
         if start is not None:
             variances = (np.exp(start[name]) for name in ("log_kappa", "log_noise"))
             model.set_outputs(start["loadings"], *variances)
-        search = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
+        likelihood = KroneckerMarginalLogLikelihood(model.likelihood, model)
+        search = maximise(likelihood, self.iterations, change=change)
         if self.losses_ is not None:
             self.losses_.append(search.losses)
         return {

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from ...dataset.table import PulseTable
+from ...parallel.task import one_thread
 from ..evaluation.gate import (
     UPDATED_LAW,
     GateVerdict,
@@ -194,11 +195,10 @@ def _scores(
         }
     else:
         predictions |= {champion.label: _draws(registry, champion, read)}
-    return unseen_scores(
-        pulses,
-        predictions,
-        rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed),
-    )
+    folds_rng = rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed)
+    # Matrices are small: threads that wait for each other take three times the time of one.
+    with one_thread():
+        return unseen_scores(pulses, predictions, folds_rng)
 
 
 def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
