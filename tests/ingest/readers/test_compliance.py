@@ -112,9 +112,9 @@ def test_a_wrong_byte_raises_nothing_else(sample, tmp_path_factory, seed):
         lambda path: f"{path.name}: lost", lambda _: 10.0, always=may_crash(sample.path)
     )
     use = partial(chores.refusal, sample.truth.options)
-    (_, refused), *damaged = map_ahead(use, [sample.path, *paths], 1, isolation)
-    assert refused is None
-    for path, refused in damaged:
+    (_, whole_refused), *results = map_ahead(use, [sample.path, *paths], 1, isolation)
+    assert whole_refused is None
+    for path, refused in results:
         if refused is not None:
             _assert_clear(refused, path)
 
