@@ -142,6 +142,27 @@ def played_here() -> Iterator[Callable[[], int]]:
         yield usual_jobs
 
 
+@pytest.fixture(scope="session", autouse=True)
+def readers_imported_once() -> Iterator[None]:
+    """Processes that read files apart are forked from a server that has imported the readers.
+
+    The server imports what the first call names, and nothing later. Where that call came from a
+    test that needs no reader, each later process imported the readers for itself, a second each.
+    """
+    from pyroshock.ingest.readers.contents import reading_apart
+    from pyroshock.parallel.workers_without_main import ContextWithoutMain
+
+    readers = reading_apart(lambda item: item, lambda _: 0.0).preload
+    name_modules = ContextWithoutMain.set_forkserver_preload
+
+    def with_readers(context: ContextWithoutMain, modules: list[str]) -> None:
+        name_modules(context, [*readers, *(name for name in modules if name not in readers)])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ContextWithoutMain, "set_forkserver_preload", with_readers)
+        yield
+
+
 @pytest.fixture(scope="module")
 def coarse_plates() -> Iterator[None]:
     """The virtual bench with plates of a few modes: solving for all 300 of them takes ten seconds a

@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.ingest.readers import (
     READERS,
-    ReadingOptions,
     RecordingError,
     may_crash,
     open_recording,
     reader_for,
 )
 from pyroshock.parallel.read_ahead import Isolation, map_ahead
+from support.processes import chores
 from support.records.recipes import Truth
 
 few = settings(max_examples=12)
@@ -106,24 +106,17 @@ def test_a_wrong_byte_raises_nothing_else(sample, tmp_path_factory, seed):
         damaged = bytearray(content)
         damaged[rng.integers(len(content))] = rng.integers(256)
         path.write_bytes(damaged)
-    # where the format's library may crash, as the ingest does it: in a process of its own
+    # where the format's library may crash, as the ingest does it: in a process of its own, which
+    # reads the whole file too, for a process that cannot begin would count as crashed by each
     isolation = Isolation[Path, str | None](
         lambda path: f"{path.name}: lost", lambda _: 10.0, always=may_crash(sample.path)
     )
-    for path, refused in map_ahead(partial(_refusal, sample.truth.options), paths, 1, isolation):
+    use = partial(chores.refusal, sample.truth.options)
+    (_, whole_refused), *results = map_ahead(use, [sample.path, *paths], 1, isolation)
+    assert whole_refused is None
+    for path, refused in results:
         if refused is not None:
             _assert_clear(refused, path)
-
-
-def _refusal(options: ReadingOptions, path: Path) -> str | None:
-    """Why a file is refused; None for one that reads as it declares."""
-    try:
-        with open_recording(path, options) as recording:
-            for channel in recording.channels:
-                assert recording.read(channel.name).size == channel.samples
-    except RecordingError as error:
-        return str(error)
-    return None
 
 
 @given(garbage=st.binary(max_size=600))

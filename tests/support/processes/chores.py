@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
+from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
 from pyroshock.ingest.readers.contents import limited
 
 
@@ -122,3 +123,14 @@ def dies_and_leaves_a_mark(path: Path) -> NoReturn:
     with path.open("a") as file:
         file.write("x")
     os._exit(139)
+
+
+def refusal(options: ReadingOptions, path: Path) -> str | None:
+    """Why a file is refused; None for one that reads as it declares."""
+    try:
+        with open_recording(path, options) as recording:
+            for channel in recording.channels:
+                assert recording.read(channel.name).size == channel.samples
+    except RecordingError as error:
+        return str(error)
+    return None
