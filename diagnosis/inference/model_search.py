@@ -142,7 +142,8 @@ class ModelLibrary:
         Parameters:
             fit: The set as it was fitted.
         """
-        prior = sum(self.prior[name][name in fit.effects] for name in self.prior)
+        acting = set(fit.effects)
+        prior = sum(priors[name in acting] for name, priors in self.prior.items())
         return prior + sum(law.log_prior for law in fit.laws)
 
     @cached_property

@@ -156,12 +156,11 @@ def refine(coefficients, first, weights, fine):  # type: ignore[no-untyped-def]
     samples, count, finer = weights.shape
     for i in range(len(fine)):
         for t in range(samples):
-            begin = t * finer
-            end = min(begin + finer, fine.shape[1])
+            span = fine[i, t * finer : (t + 1) * finer]
             for k in range(count):
-                factor = coefficients[i, first[t] + k]
-                for place in range(begin, end):
-                    fine[i, place] += weights[t, k, place - begin] * factor
+                factor, shares = coefficients[i, first[t] + k], weights[t, k]
+                for place in range(len(span)):
+                    span[place] += shares[place] * factor
 
 
 #: Level of the peak between which a pulse's shape is taken; the tails below it are mostly noise.

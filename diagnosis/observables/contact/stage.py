@@ -117,7 +117,9 @@ class ContactObservables(Stage):
         runs, nominal = self._representative
         configurations = self.record.configuration_of[runs]
         changes = np.full((len(sets), len(self.record.configurations), len(NAMES)), np.nan)
-        acting = [at_rows(self.acting(effects), configurations) for effects in sets]
+        acting: list[Sequence[Effect]] = [self.acting(effects) for effects in sets]
+        if len(configurations) < changes.shape[1]:
+            acting = [at_rows(effects, configurations) for effects in acting]
         changes[:, configurations] = batched_changes(
             nominal,
             acting,
