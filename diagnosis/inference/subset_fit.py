@@ -32,7 +32,7 @@ _SETTLED = 0.02
 #: Steps in a region of trust.
 _TRUSTED_STEPS = 30
 #: Memory of the factors that are kept for a stage.
-_FACTOR_BYTES = 25_000_000
+_FACTOR_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
