@@ -121,7 +121,7 @@ class EffectLaw:
         """What tells it from all other laws of a campaign."""
         return f"{self.id}/{self.name}"
 
-    @property
+    @cached_property
     def size(self) -> int:
         """How many numbers u it has."""
         return len(self.coordinates) * (1 + len(self.level_names))

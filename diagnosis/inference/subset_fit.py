@@ -6,6 +6,7 @@ covariance of r without the uncertainty of u; u (p,) has a standard normal prior
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -83,7 +84,8 @@ class SubsetFit:
 
 
 def split_parts(laws: Sequence[EffectLaw], u: Floats) -> list[Floats]:
-    return np.split(u, np.cumsum([law.size for law in laws])[:-1]) if laws else []
+    ends = list(itertools.accumulate(law.size for law in laws))
+    return [u[end - law.size : end] for law, end in zip(laws, ends, strict=True)]
 
 
 def point_of(laws: Sequence[EffectLaw], u: Floats) -> Point:

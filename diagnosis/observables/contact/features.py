@@ -280,9 +280,18 @@ def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
     """Sum of the force in steps, both ends to a fraction of a step."""
     beyond = _BEYOND * (high - low)
     total = np.zeros(force.shape)
-    np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1, out=total[:, 1:])
+    integrate(force, total)
     ends = _clipped(total, np.stack([low - beyond, high + beyond], axis=1))
     return np.asarray(ends[:, 1] - ends[:, 0])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def integrate(force, total):  # type: ignore[no-untyped-def]
+    """Into `total` (n, m), which is 0: sums of pulses (n, m) by trapezoids up to each point."""
+    for i in range(len(force)):
+        row, sums = force[i], total[i]
+        for j in range(1, len(row)):
+            sums[j] = sums[j - 1] + (row[j] + row[j - 1]) / 2
 
 
 def _clipped(values: Floats, place: Floats) -> Floats:
