@@ -117,7 +117,10 @@ def covariance(block: StageBlock, contributions: Floats, error: ErrorSize) -> Fl
         return np.asarray(base)
     share = np.where(block.detail, DISCREPANCIES[error.detail], DISCREPANCIES[error.discrepancy])
     scaled = np.nan_to_num(contributions) * share
-    return np.asarray(base + (scaled.T @ scaled) * block.discrepancy)
+    matrix = scaled.T @ scaled
+    matrix *= block.discrepancy  # in place: a plate has a million of its elements
+    matrix += base
+    return np.asarray(matrix)
 
 
 def _has_discrepancy(contributions: Floats, error: ErrorSize) -> bool:
