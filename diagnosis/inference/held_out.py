@@ -160,10 +160,11 @@ def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Float
     the corner, fitted to those outside of it, where there is a corner."""
     configuration = np.concatenate([block.configuration for block in problem.blocks])
     single, corner = np.unique(configuration)[:, None], corner_rows(problem)
-    partitions = [single] if corner is None else [single, corner[None]]
-    residuals, *extrapolated = left_out_residuals(problem, fit, partitions)
-    inside = [(own * scale)[np.isin(configuration, corner)] for own in extrapolated]
-    return np.concatenate([residuals * scale, *inside])
+    if corner is None:
+        return left_out_residuals(problem, fit, [single])[0] * scale
+    residuals, extrapolated = left_out_residuals(problem, fit, [single, [corner]])
+    inside = np.isin(configuration, corner)
+    return np.concatenate([residuals * scale, (extrapolated * scale)[inside]])
 
 
 def _answered(tables: Floats) -> Floats:

@@ -136,7 +136,7 @@ class _Spline:
         factors, pivots, _ = dgbtrf(band, degree, degree)
         places = np.minimum(np.arange(samples * finer) / finer, samples - 1)
         weights = BSpline.design_matrix(places, knots, degree).data.reshape(samples, finer, -1)
-        first = at_samples.indices.reshape(samples, -1)[:, 0]
+        first = at_samples.indices.reshape(samples, -1)[:, 0].astype(np.intp)
         return cls(degree, factors, pivots, first, np.ascontiguousarray(weights.transpose(0, 2, 1)))
 
     def finer(self, values: Floats) -> Floats:
