@@ -116,12 +116,12 @@ class EffectLaw:
     def id(self) -> str:
         return self.kind.id
 
-    @property
+    @cached_property
     def key(self) -> str:
         """What tells it from all other laws of a campaign."""
         return f"{self.id}/{self.name}"
 
-    @property
+    @cached_property
     def size(self) -> int:
         """How many numbers u it has."""
         return len(self.coordinates) * (1 + len(self.level_names))
@@ -132,14 +132,16 @@ class EffectLaw:
         Parameters:
             u: The numbers (size,) of the law.
         """
+        if not self.levels:
+            return {
+                coordinate.parameter.name: float(coordinate.value(at))
+                for coordinate, at in zip(self.coordinates, u, strict=True)
+            }
         table: dict[str, float | Floats] = {}
         for coordinate, at in zip(
             self.coordinates, (self.placing @ u).reshape(len(self.coordinates), -1), strict=True
         ):
-            value = coordinate.value(at)
-            table[coordinate.parameter.name] = (
-                value[list(self.levels)] if self.levels else float(value[0])
-            )
+            table[coordinate.parameter.name] = coordinate.value(at)[list(self.levels)]
         return table
 
     @cached_property

@@ -159,12 +159,12 @@ def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Float
     """Residuals over the scale (N,): of each configuration, fitted to all others; then of those in
     the corner, fitted to those outside of it, where there is a corner."""
     configuration = np.concatenate([block.configuration for block in problem.blocks])
-    residuals = left_out_residuals(problem, fit, np.unique(configuration)[:, None]) * scale
-    corner = corner_rows(problem)
+    single, corner = np.unique(configuration)[:, None], corner_rows(problem)
     if corner is None:
-        return residuals
-    extrapolated = left_out_residuals(problem, fit, [corner]) * scale
-    return np.concatenate([residuals, extrapolated[np.isin(configuration, corner)]])
+        return left_out_residuals(problem, fit, [single])[0] * scale
+    residuals, extrapolated = left_out_residuals(problem, fit, [single, [corner]])
+    inside = np.isin(configuration, corner)
+    return np.concatenate([residuals * scale, (extrapolated * scale)[inside]])
 
 
 def _answered(tables: Floats) -> Floats:

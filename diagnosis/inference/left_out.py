@@ -3,7 +3,7 @@ derivatives."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from .problem import InferenceProblem
 from .subset_fit import SubsetFit, covariance_factor, residual
 
 
-def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterable[Rows]) -> Floats:
-    """(N,) over all blocks: residual of each group of configurations where the parameters are
-    fitted to all others, linear in u; of configurations in no group, the residual of the fit. The
-    groups have no configuration in common.
+def left_out_residuals(
+    problem: InferenceProblem, fit: SubsetFit, partitions: Sequence[Iterable[Rows]]
+) -> list[Floats]:
+    """For each partition of configurations into groups (N,) over all blocks: residual of each group
+    of configurations where the parameters are fitted to all others, linear in u; of configurations
+    in no group, the residual of the fit. The groups of a partition have no configuration in common.
 
     With P = S^-1, the information of what remains is J'PJ - (PJ)_c' (P_cc)^-1 (PJ)_c when the cells
     c go.
@@ -26,7 +28,7 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
         residual(block, own) for block, own in zip(problem.blocks, fit.change, strict=True)
     ]
     if not len(fit.u):
-        return np.concatenate(residuals)
+        return [np.concatenate(residuals) for _ in partitions]
     information, slope = np.eye(len(fit.u)), -fit.u
     weights = []
     for index, block in enumerate(problem.blocks):
@@ -39,17 +41,23 @@ def left_out_residuals(problem: InferenceProblem, fit: SubsetFit, groups: Iterab
         information = information + fit.jacobian[index].T @ weighted[:, 1:]
         slope = slope + weighted[:, 1:].T @ columns[:, 0]
         weights.append((inverse, weighted))
-    for group in groups:
-        less = np.zeros((len(fit.u), 1 + len(fit.u)))
-        cells = [np.flatnonzero(np.isin(block.configuration, group)) for block in problem.blocks]
-        for rows, (inverse, weighted) in zip(cells, weights, strict=True):
-            if rows.size:
-                root = inverse[:, rows]
-                less += weighted[rows, 1:].T @ np.linalg.solve(root.T @ root, weighted[rows])
-        step = np.linalg.solve(information - less[:, 1:], slope - less[:, 0])
-        for rows, own, jacobian in zip(cells, residuals, fit.jacobian, strict=True):
-            own[rows] -= jacobian[rows] @ step
-    return np.concatenate(residuals)
+    left_out = []
+    for groups in partitions:
+        own_residuals = [own.copy() for own in residuals]
+        for group in groups:
+            less = np.zeros((len(fit.u), 1 + len(fit.u)))
+            cells = [
+                np.flatnonzero(np.isin(block.configuration, group)) for block in problem.blocks
+            ]
+            for rows, (inverse, weighted) in zip(cells, weights, strict=True):
+                if rows.size:
+                    root = inverse[:, rows]
+                    less += weighted[rows, 1:].T @ np.linalg.solve(root.T @ root, weighted[rows])
+            step = np.linalg.solve(information - less[:, 1:], slope - less[:, 0])
+            for rows, own, jacobian in zip(cells, own_residuals, fit.jacobian, strict=True):
+                own[rows] -= jacobian[rows] @ step
+        left_out.append(np.concatenate(own_residuals))
+    return left_out
 
 
 def _inverse_root(lower: Floats) -> Floats:

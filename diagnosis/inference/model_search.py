@@ -142,7 +142,8 @@ class ModelLibrary:
         Parameters:
             fit: The set as it was fitted.
         """
-        prior = sum(self.prior[name][name in fit.effects] for name in self.prior)
+        acting = set(fit.effects)
+        prior = sum(priors[name in acting] for name, priors in self.prior.items())
         return prior + sum(law.log_prior for law in fit.laws)
 
     @cached_property
@@ -721,6 +722,7 @@ def _screened(
     gains = np.zeros(len(moves))
     quadratic = [np.eye(len(move.u)) for move in moves]
     linear = [-move.u for move in moves]
+    shared = [_shared(move.laws, columns) for move in moves]
     for index, block in enumerate(problem.blocks):
         factor = covariance_factor(block, current.contributions[index], current.errors[index])
         residuals = residual(block, tables[index])
@@ -731,11 +733,8 @@ def _screened(
             else None
         )
         gains -= 0.5 * np.einsum("nk,nk->k", white, white)
-        for k, move in enumerate(moves):
-            if slopes is None:
-                continue
-            rows, own = _shared(move.laws, columns)
-            if not len(rows):
+        for k, (rows, own) in enumerate(shared):
+            if slopes is None or not len(rows):
                 continue
             jacobian = slopes[:, own]
             quadratic[k][np.ix_(rows, rows)] += jacobian.T @ jacobian
@@ -747,8 +746,8 @@ def _screened(
             if len(move.u)
             else np.zeros(0)
         )
-        rows, _ = _shared(move.laws, columns)
-        held = np.setdiff1d(np.arange(len(move.u)), rows)
+        held = np.ones(len(move.u), dtype=bool)
+        held[shared[k][0]] = False
         step[held] = 0.0
         gains[k] += float(linear[k] @ step - 0.5 * step @ quadratic[k] @ step) - 0.5 * float(
             move.u @ move.u

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from .model_error import ErrorKernels, bank, usual_background
 
 #: A set of laws, each with its numbers u.
 Point = tuple[tuple[EffectLaw, Floats], ...]
+#: What a set is to a stage: the stage's name, then each law's key and the bytes of its u.
+_SetKey = tuple[Any, ...]
 #: Simulations of one stage that are kept; the oldest go first.
 _MOST_KEPT = 6000
 #: Stages that simulate sets of the same effects in one batch: to them every set is given with all
@@ -44,7 +46,7 @@ class JointSimulator:
     laws: Sequence[EffectLaw]
     negligible: Mapping[str, float] = field(default_factory=dict)
     count: int = 0
-    _kept: dict[tuple[object, ...], Floats] = field(default_factory=dict)
+    _kept: dict[_SetKey, Floats] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -77,13 +79,15 @@ class JointSimulator:
             tuple(pair for pair in point if pair[0].id in shown and self._acts(*pair))
             for point in points
         ]
-        keys = [(stage.name, *((law.key, u.tobytes()) for law, u in point)) for point in acting]
+        keys: list[_SetKey] = [
+            (stage.name, *((law.key, u.tobytes()) for law, u in point)) for point in acting
+        ]
         missing = {
             key: point for key, point in zip(keys, acting, strict=True) if key not in self._kept
         }
         if missing:
             self.count += len(missing)
-            sets = [self._effects(stage, point) for point in missing.values()]
+            sets = self._effects(stage, missing)
             for key, table in zip(missing, stage.changes(sets), strict=True):
                 self._kept[key] = table
         result = np.stack([self._kept[key] for key in keys])
@@ -95,11 +99,20 @@ class JointSimulator:
         least = self.negligible.get(law.key)
         return least is None or bool(u[0] > least)
 
-    def _effects(self, stage: Stage, point: Point) -> list[Effect]:
-        effects = {law.id: law.effect(u) for law, u in point}
-        if stage.name in _BATCHED and point:
-            return list({**self._off[stage.name], **effects}.values())
-        return list(effects.values())
+    def _effects(self, stage: Stage, points: Mapping[_SetKey, Point]) -> list[list[Effect]]:
+        """The effects of each set. Sets have most laws at the same u in common."""
+        made = {
+            name: pair
+            for key, point in points.items()
+            for name, pair in zip(key[1:], point, strict=True)
+        }
+        effects = {name: law.effect(u) for name, (law, u) in made.items()}
+        off = self._off[stage.name] if stage.name in _BATCHED else {}
+        sets = []
+        for key in points:
+            acting = {effect.id: effect for effect in map(effects.__getitem__, key[1:])}
+            sets.append(list(({**off, **acting} if acting else acting).values()))
+        return sets
 
     @cached_property
     def _shown(self) -> dict[str, set[str]]:

@@ -6,6 +6,7 @@ covariance of r without the uncertainty of u; u (p,) has a standard normal prior
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -32,7 +33,7 @@ _SETTLED = 0.02
 #: Steps in a region of trust.
 _TRUSTED_STEPS = 30
 #: Memory of the factors that are kept for a stage.
-_FACTOR_BYTES = 25_000_000
+_FACTOR_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,8 @@ class SubsetFit:
 
 
 def split_parts(laws: Sequence[EffectLaw], u: Floats) -> list[Floats]:
-    return np.split(u, np.cumsum([law.size for law in laws])[:-1]) if laws else []
+    ends = list(itertools.accumulate(law.size for law in laws))
+    return [u[end - law.size : end] for law, end in zip(laws, ends, strict=True)]
 
 
 def point_of(laws: Sequence[EffectLaw], u: Floats) -> Point:
@@ -115,7 +117,10 @@ def covariance(block: StageBlock, contributions: Floats, error: ErrorSize) -> Fl
         return np.asarray(base)
     share = np.where(block.detail, DISCREPANCIES[error.detail], DISCREPANCIES[error.discrepancy])
     scaled = np.nan_to_num(contributions) * share
-    return np.asarray(base + (scaled.T @ scaled) * block.discrepancy)
+    matrix = scaled.T @ scaled
+    matrix *= block.discrepancy  # in place: a plate has a million of its elements
+    matrix += base
+    return np.asarray(matrix)
 
 
 def _has_discrepancy(contributions: Floats, error: ErrorSize) -> bool:

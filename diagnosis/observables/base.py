@@ -265,17 +265,19 @@ E = TypeVar("E", bound=Effect)
 
 
 def batched_changes(
-    sets: Sequence[Sequence[Effect]], observed: Callable[[Sequence[Effect], int], Floats]
+    nominal: Floats,
+    sets: Sequence[Sequence[Effect]],
+    observed: Callable[[Sequence[Effect], int], Floats],
 ) -> Floats:
     """(k, C, d): by how much each of k sets of effects moves what is observed; nothing for an empty
     set.
 
     Parameters:
+        nominal: The observables (C, d) of the C cases without effects.
         sets: The k sets of effects. A parameter is one value or one for each of the C cases.
         observed: A function that gives the observables (n C, d) of effects whose parameters are one
             value or go with n x C cases, set by set, and of n.
     """
-    nominal = observed((), 1)
     changes = np.zeros((len(sets), *nominal.shape))
     groups: dict[tuple[str, ...], list[int]] = {}
     for row, effects in enumerate(sets):

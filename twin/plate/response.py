@@ -224,12 +224,14 @@ class PlateResponse:
         late, jump = respond(plate, unit, step_s, point, sensors)
         return cls(np.ascontiguousarray(late[:, 1:]), np.ascontiguousarray(jump[:, :-1]), step_s)
 
-    def accelerations(self, force_n: Floats) -> Floats:
+    def accelerations(self, force_n: Floats, workers: int = _WORKERS) -> Floats:
         """Accelerations under forces, m/s2.
 
         Parameters:
             force_n: One force (p,) or k of them (k, p), in samples that are `step_s` apart; p is at
                 most n, and the force is zero after them.
+            workers: Threads of one transform; two by default. Two end sooner and take more
+                processor time than one.
 
         Returns:
             Accelerations (sensors, n) for one force, (k, sensors, n) for k forces.
@@ -245,22 +247,22 @@ class PlateResponse:
                 f"up to {samples}, all finite"
             )
         rows = np.atleast_2d(force)
-        out = self._convolved(rows)
+        out = self._convolved(rows, workers)
         begun = np.flatnonzero(rows[:, 0])
         out[begun] += rows[begun, 0, None, None] * (self.jump - self.hat)
         return np.asarray(out[0] if force.ndim == 1 else out)
 
-    def _convolved(self, rows: Floats) -> Floats:
+    def _convolved(self, rows: Floats, workers: int) -> Floats:
         from scipy.fft import irfft, next_fast_len, rfft
 
         samples = self.hat.shape[1]
         length = next_fast_len(samples + _ROOM * -(-rows.shape[1] // _ROOM), real=True)
-        spectra = rfft(rows, length, workers=_WORKERS)
+        spectra = rfft(rows, length, workers=workers)
         if length not in self._spectra:
             self._spectra[length] = rfft(self.hat, length)
         answers = self._spectra[length]
         return np.asarray(
-            irfft(spectra[:, None] * answers, length, workers=_WORKERS, overwrite_x=True)[
+            irfft(spectra[:, None] * answers, length, workers=workers, overwrite_x=True)[
                 ..., :samples
             ]
         )

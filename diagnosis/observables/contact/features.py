@@ -6,9 +6,9 @@ compare.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -17,9 +17,6 @@ from numpy.polynomial.legendre import legvander
 from ....array_types import Floats, Rows
 from ...record import Series
 from ..base import Observable
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 #: Places of the frame, in widths at half the peak from the middle of that width.
 PLACES = np.linspace(-1.6, 3.4, 501)
@@ -32,16 +29,14 @@ _POINTS, _MOST = 150, 96
 
 
 def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tuple[Floats, Floats]:
-    """Pulses (n, m) in steps of `step_s`, of similar width, at `PLACES` (n, p), and their widths at
-    half the peak (n,).
+    """Pulses (n, m) in steps of `step_s`, of similar width, at `PLACES` (n, p), not smoothed yet,
+    and their widths at half the peak (n,).
 
     Beyond their ends there is no force. The pulse is what surrounds the greatest force: of several
     contacts the strongest. Rows without any force above 0 are NaN. Expects the zero line to be
     removed. `width_s`, some width at half the peak that tells how finely to look, is the narrowest
     pulse's unless given.
     """
-    from scipy.ndimage import gaussian_filter1d
-
     if width_s is None:
         width_s = (
             max(int((force_n > 0.5 * force_n.max(axis=1, keepdims=True)).sum(axis=1).min()), 1)
@@ -58,11 +53,8 @@ def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tupl
         first, last = level_crossings(fine, 0.5)
         middle, width = (first + last) / 2, last - first
         frame = interpolated(fine, middle[:, None] + width[:, None] * PLACES)
-        values = gaussian_filter1d(
-            frame, _SMOOTH / (PLACES[1] - PLACES[0]), axis=1, mode="constant"
-        )
-    values[~(fine.max(axis=1) > 0)] = np.nan
-    return values, width * step_s
+    frame[~(fine.max(axis=1) > 0)] = np.nan
+    return frame, width * step_s
 
 
 def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
@@ -116,12 +108,15 @@ def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]
 class _Spline:
     """Interpolating splines through m samples at even steps, at so many times as many places: the
     same linear map for all series. `factors` and `pivots` solve for the coefficients, a band of
-    width 2 k + 1 about the diagonal; `places` (p, m) takes the splines' values from them."""
+    width 2 k + 1 about the diagonal. Between samples t and t + 1 the values are `weights[t]`
+    (k + 1, places) of the coefficients from `first[t]` on; the last of the m - 1 spans are the
+    places from the last sample on, which is one."""
 
     degree: int
     factors: Floats
     pivots: Rows
-    places: csr_array
+    first: Rows
+    weights: Floats
 
     @classmethod
     @lru_cache(maxsize=32)
@@ -132,21 +127,40 @@ class _Spline:
         degree = min(5, samples - 1)
         index = np.arange(samples, dtype=np.float64)
         knots = make_interp_spline(index, index, k=degree).t
-        at_samples = BSpline.design_matrix(index, knots, degree).toarray()
+        at_samples = BSpline.design_matrix(index, knots, degree)
         band = np.zeros((3 * degree + 1, samples))
+        dense = at_samples.toarray()
         for offset in range(-degree, degree + 1):
-            diagonal = np.diagonal(at_samples, offset)
+            diagonal = np.diagonal(dense, offset)
             band[2 * degree - offset, max(offset, 0) : max(offset, 0) + len(diagonal)] = diagonal
         factors, pivots, _ = dgbtrf(band, degree, degree)
-        places = np.arange((samples - 1) * finer + 1) / finer
-        return cls(degree, factors, pivots, BSpline.design_matrix(places, knots, degree))
+        places = np.minimum(np.arange(samples * finer) / finer, samples - 1)
+        weights = BSpline.design_matrix(places, knots, degree).data.reshape(samples, finer, -1)
+        first = at_samples.indices.reshape(samples, -1)[:, 0].astype(np.intp)
+        return cls(degree, factors, pivots, first, np.ascontiguousarray(weights.transpose(0, 2, 1)))
 
     def finer(self, values: Floats) -> Floats:
         """(n, p) of series (n, m)."""
         from scipy.linalg.lapack import dgbtrs
 
         coefficients, _ = dgbtrs(self.factors, self.degree, self.degree, values.T, self.pivots)
-        return np.ascontiguousarray((self.places @ coefficients).T)
+        samples, _, finer = self.weights.shape
+        fine = np.zeros((len(values), (samples - 1) * finer + 1))
+        refine(coefficients.T, self.first, self.weights, fine)
+        return fine
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refine(coefficients, first, weights, fine):  # type: ignore[no-untyped-def]
+    """Into `fine` (n, p), which is 0: splines of `coefficients` (n, m), as `_Spline` has them."""
+    samples, count, finer = weights.shape
+    for i in range(len(fine)):
+        for t in range(samples):
+            span = fine[i, t * finer : (t + 1) * finer]
+            for k in range(count):
+                factor, shares = coefficients[i, first[t] + k], weights[t, k]
+                for place in range(len(span)):
+                    span[place] += shares[place] * factor
 
 
 #: Level of the peak between which a pulse's shape is taken; the tails below it are mostly noise.
@@ -202,9 +216,12 @@ def zeroed(series: Series) -> Series:
 
 def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Floats:
     """(n, d) of pulses (n, m) of similar width, in steps of `step_s`, the zero line removed; NaN
-    without force.
+    without force. `width_s` as in `framed`."""
+    return frame_features([framed(force_n, step_s, width_s)])
 
-    `width_s` as in `framed`.
+
+def frame_features(framed_pulses: Sequence[tuple[Floats, Floats]]) -> Floats:
+    """(n, d) of all pulses of what `framed` gave, one after the other; NaN without force.
 
     `ln_impulse` is of the force from a quarter of the pulse's width before it to a quarter after;
     `rise_share` is from a tenth of the peak to the apex, over the width at a tenth. The shape is
@@ -212,14 +229,22 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
     order 0 is told by peak, impulse and width. `after_share` is the impulse after the contact over
     that of the frame.
     """
-    frame, frame_width_s = framed(force_n, step_s, width_s)
-    force = np.nan_to_num(frame)
+    from scipy.ndimage import gaussian_filter1d
+
+    frame, frame_width_s = (np.concatenate(parts) for parts in zip(*framed_pulses, strict=True))
+    deviation = _SMOOTH / (PLACES[1] - PLACES[0])
+    force = gaussian_filter1d(np.nan_to_num(frame), deviation, axis=1, mode="constant")
+    ends = np.cumsum([len(width) for _, width in framed_pulses])[:-1]
     with np.errstate(invalid="ignore", divide="ignore"):
         peak = _peak(force)
         low, high = level_crossings(force, _LEVEL)
         first, last = level_crossings(force, 0.5)
         unit = PLACES[1] - PLACES[0]
         shape = _clipped(force, low[:, None] + (high - low)[:, None] * _PHASES) / peak[:, None]
+        # Part by part: the last digits of a product and of these sums depend on the number of rows.
+        after = np.concatenate(
+            [part[:, PLACES > _AFTER].sum(axis=1) for part in np.split(force, ends)]
+        )
         values = np.column_stack(
             [
                 np.log(peak),
@@ -227,8 +252,8 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
                 np.log((last - first) * unit * frame_width_s),
                 np.log((high - low) * unit * frame_width_s),
                 (_apex(force, peak) - low) / (high - low),
-                shape @ _SHAPES,
-                force[:, PLACES > _AFTER].sum(axis=1) / force.sum(axis=1),
+                np.concatenate([part @ _SHAPES for part in np.split(shape, ends)]),
+                after / force.sum(axis=1),
             ]
         )
     values[~np.isfinite(values).all(axis=1) | np.isnan(frame).any(axis=1)] = np.nan
@@ -255,9 +280,18 @@ def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
     """Sum of the force in steps, both ends to a fraction of a step."""
     beyond = _BEYOND * (high - low)
     total = np.zeros(force.shape)
-    np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1, out=total[:, 1:])
+    integrate(force, total)
     ends = _clipped(total, np.stack([low - beyond, high + beyond], axis=1))
     return np.asarray(ends[:, 1] - ends[:, 0])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def integrate(force, total):  # type: ignore[no-untyped-def]
+    """Into `total` (n, m), which is 0: sums of pulses (n, m) by trapezoids up to each point."""
+    for i in range(len(force)):
+        row, sums = force[i], total[i]
+        for j in range(1, len(row)):
+            sums[j] = sums[j - 1] + (row[j] + row[j - 1]) / 2
 
 
 def _clipped(values: Floats, place: Floats) -> Floats:

@@ -26,7 +26,7 @@ from ....twin.sensors.chain import SensorChain
 from ....twin.setting import ElasticMaterial
 from ...record import CampaignRecord, Factor, Run, RunConfiguration, Series
 from ..base import at_rows
-from .features import NAMES, features, interpolated
+from .features import NAMES, frame_features, framed, interpolated
 
 #: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
 _SITE_STEPS = 32
@@ -235,20 +235,30 @@ def measured_features(histories: ForceHistories, step_s: Floats, chain: SensorCh
     none."""
     values = np.full((len(step_s), len(NAMES)), np.nan)
     answered = np.flatnonzero(np.isfinite(histories.compression_time_s))
+    if not answered.size:
+        return values
     # By octaves, not by the shortest: a contact's features do not depend on which others are asked
     # with it.
     octave = np.floor(np.log2(histories.compression_time_s[answered]))
+    rows_of: list[Rows] = []
+    frames: list[tuple[Floats, Floats]] = []
     for key in np.unique(np.stack([octave, step_s[answered]]), axis=1).T:
         group = answered[(octave == key[0]) & (step_s[answered] == key[1])]
         for rows in np.array_split(group, -(-len(group) // _AT_ONCE)):
-            values[rows] = _features(histories, rows, float(key[1]), float(2 ** key[0]), chain)
-    return values
+            phases = _framed(histories, rows, float(key[1]), float(2 ** key[0]), chain)
+            rows_of += [rows] * len(phases)
+            frames += phases
+    shown = np.concatenate(rows_of)
+    values[answered] = 0.0
+    np.add.at(values, shown, frame_features(frames))
+    return np.asarray(values / np.bincount(shown, minlength=len(values)).clip(1)[:, None])
 
 
-def _features(
+def _framed(
     histories: ForceHistories, rows: Rows, step_s: float, shortest_s: float, chain: SensorChain
-) -> Floats:
-    """(k, d) of contacts `rows` (k,) whose compressions take `shortest_s` to twice that."""
+) -> list[tuple[Floats, Floats]]:
+    """By phase of the recorder, `framed` contacts `rows` (k,) whose compressions take `shortest_s`
+    to twice that."""
     finer = (
         1 if step_s * _STEPS <= shortest_s else 4 * int(np.ceil(_STEPS * step_s / shortest_s / 4))
     )
@@ -259,8 +269,7 @@ def _features(
     )
     force = histories.measured(rows, time, step, chain)
     if finer == 1:
-        return features(force, step, shortest_s)
-    phases = [
-        features(force[:, int(offset * finer) :: finer], step_s, shortest_s) for offset in _OFFSETS
+        return [framed(force, step, shortest_s)]
+    return [
+        framed(force[:, int(offset * finer) :: finer], step_s, shortest_s) for offset in _OFFSETS
     ]
-    return np.asarray(sum(phases) / len(phases))

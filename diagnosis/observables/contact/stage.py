@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -113,15 +114,24 @@ class ContactObservables(Stage):
             sets: The k sets of effects; effects of other stages in a set do nothing here. A
                 parameter is one value or one for each configuration (C,).
         """
-        runs = self.representatives()
-        configurations = np.flatnonzero(runs >= 0)
-        changes = np.full((len(sets), len(runs), len(NAMES)), np.nan)
-        acting = [at_rows(self.acting(effects), configurations) for effects in sets]
+        runs, nominal = self._representative
+        configurations = self.record.configuration_of[runs]
+        changes = np.full((len(sets), len(self.record.configurations), len(NAMES)), np.nan)
+        acting: list[Sequence[Effect]] = [self.acting(effects) for effects in sets]
+        if len(configurations) < changes.shape[1]:
+            acting = [at_rows(effects, configurations) for effects in acting]
         changes[:, configurations] = batched_changes(
+            nominal,
             acting,
-            lambda effects, count: self._features(np.tile(runs[configurations], count), effects),
+            lambda effects, count: self._features(np.tile(runs, count), effects),
         )
         return changes
+
+    @cached_property
+    def _representative(self) -> tuple[Rows, Floats]:
+        """The representatives of the configurations that have one, and their nominal features."""
+        runs = self.representatives()
+        return runs[runs >= 0], self._features(runs[runs >= 0], ())
 
     def representatives(self) -> Rows:
         """(C,): the run of each configuration with its median velocity; -1 where there is none with

@@ -89,6 +89,7 @@ class GunObservables(Stage):
             )
         self.bench: GunBench = record.gun
         self.uncertain = dict(uncertain or {})
+        self._nominal: Floats | None = None
         self._velocity_m_s = record.run_values("velocity_m_s")
         self._shots = {
             **{name: record.run_values(name) for name in READINGS},
@@ -198,7 +199,9 @@ class GunObservables(Stage):
             shots = {name: np.tile(values, count) for name, values in self._medians.items()}
             return self._shown(effects, shots)
 
-        return batched_changes([self.acting(effects) for effects in sets], observed)
+        if self._nominal is None:
+            self._nominal = self._shown((), self._medians)
+        return batched_changes(self._nominal, [self.acting(effects) for effects in sets], observed)
 
     @property
     def possible_channels(self) -> tuple[str, ...]:
@@ -222,6 +225,7 @@ class GunObservables(Stage):
         if channel not in self.possible_channels:
             return super().possible_observables(channel, sets)
         recorded = copy.copy(self)
+        recorded._nominal = None
         recorded._noise_pa, recorded._medians, recorded._shots = (
             ASSUMED_NOISE_PA,
             {**self._medians},

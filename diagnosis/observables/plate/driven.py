@@ -147,7 +147,7 @@ class DrivenPlates:
                 ]
                 rows = [row for row, _, _ in driven]
                 accelerations[rows] = self._response(plate, effects, point).accelerations(
-                    np.array(driving)
+                    np.array(driving), workers=1
                 )
         return DrivenPlate(signals, self.modes, plate, runs, forces, accelerations)
 

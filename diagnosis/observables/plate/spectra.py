@@ -122,7 +122,7 @@ class Spectra:
             # Records are compared with simulated ones of the same rate and length, in which
             # sampling hides the same.
             spectrum = shock_response_spectrum(
-                flat[good], self.rate_hz, self.lines_hz, q=Q, resample_within=None, threads=2
+                flat[good], self.rate_hz, self.lines_hz, q=Q, resample_within=None, threads=1
             )
             levels[good] = 20 * np.log10(spectrum.maximax)
         return levels.reshape(*acceleration.shape[:-1], -1)

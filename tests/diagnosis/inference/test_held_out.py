@@ -125,7 +125,7 @@ def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them(
     cells = np.isin(problem.blocks[0].configuration, np.concatenate(groups))
     for fit in library.fits.values():
         expected = refitted(problem, fit, groups) if fit.laws else problem.blocks[0].z
-        linear_residuals = left_out_residuals(problem, fit, groups)
+        (linear_residuals,) = left_out_residuals(problem, fit, [groups])
         np.testing.assert_allclose(linear_residuals[cells], expected[cells], atol=1e-5)
         unfitted_residuals = residual(problem.blocks[0], fit.change[0])
         np.testing.assert_allclose(linear_residuals[~cells], unfitted_residuals[~cells], atol=1e-12)
