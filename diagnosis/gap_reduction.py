@@ -6,6 +6,7 @@ The gap of every configuration before and after a correction, in the metric of t
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import Self
 import numpy as np
 
 from ..array_types import Floats, Rows
+from ..parallel.phases import Progress
 from ..training.evaluation.summary import fraction, fraction_interval
 from .factor_corner import corner_of_factors
 from .gap import Means, floors, tolerances
@@ -179,6 +181,7 @@ def measure_reduction(
     scales: Mapping[str, Floats] | None = None,
     pulses: bool = True,
     stage_tolerances: Mapping[str, Floats] | None = None,
+    progress: Progress = lambda *_: None,
 ) -> list[tuple[Shrinkage, FoldCorrections]]:
     """How far the gap shrinks where it is held out: by configuration in five folds, and once a
     corner of the factor space, where there is one.
@@ -200,6 +203,8 @@ def measure_reduction(
             default they are.
         stage_tolerances: Tolerances (d,), by the name of the stage and in the units of its
             observables, of the figures in tolerances; by default those of the observables.
+        progress: Receives the folds that are fitted, their number and what is fitted; by default
+            nothing is called.
 
     Returns:
         The entry by configuration and that of the corner, each with what the folds fitted; an empty
@@ -210,7 +215,16 @@ def measure_reduction(
         return []
     at_corner = corner(stages[0].record.configurations, gaps.rows, np.sqrt(gaps.squares()))
     splits = [by_configuration(gaps.rows), *([] if at_corner is None else [at_corner])]
-    results = [FoldCorrections.of(gaps, split, fit) for split in splits]
+    # Each fold is fitted, and its pulses are rated afterwards, which costs about as much.
+    step_count = 2 * sum(len(split.folds) for split in splits)
+    step_numbers = itertools.count()
+
+    def fitted(training: Rows) -> FoldFit:
+        progress(next(step_numbers), step_count, "held out")
+        return fit(training)
+
+    results = [FoldCorrections.of(gaps, split, fitted) for split in splits]
+    progress(next(step_numbers), step_count, "how far the gap shrinks")
     tolerance = _by_stage(stages, stage_tolerances or {})
     return [(_entry(stages, held, results[0], rng, pulses, tolerance), held) for held in results]
 

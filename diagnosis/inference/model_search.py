@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...array_types import Floats
+from ...parallel.phases import Phases, Progress
 from ...twin.effects import Effect
 from .effect_laws import COMMON_SHARE, EffectLaw
 from .exchanges_of_two import exchanges_of_two
@@ -73,6 +74,11 @@ _OF_A_STAGE = 6
 _FROM_ALL = 6
 #: Step of differences in u.
 _DIFFERENCE = 0.03
+#: What the search of a stage costs for each of its cells, in seconds of campaigns with 24 to 48
+#: shots; and the search of all stages together, over that of each (measured: 0.08 to 1.2).
+_CELL_COSTS, _TOGETHER_COST = {"gun": 0.045, "contact": 0.04, "plate": 0.009}, 0.4
+#: What the parts of the search of a stage cost, in per cent.
+_PART_COSTS = {"additions": 25.0, "all at once": 25.0, "exchanges": 35.0, "two at once": 15.0}
 
 
 @dataclass(eq=False)
@@ -218,48 +224,44 @@ def set_prior(
     }
 
 
-def search(
-    problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None
-) -> ModelLibrary:
+def search(problem: InferenceProblem, progress: Progress = lambda *_: None) -> ModelLibrary:
     """The library of a problem. Stages are independent given what was measured between them, but
     for the sensors that two of them share: each is searched by itself, and what they find together
     begins the search of all.
 
     Parameters:
         problem: The gap, and the laws that may explain it.
-        progress: Called with a line of text after each step; by default nothing is called.
+        progress: Receives the steps done, their number and what is searched; by default nothing is
+            called.
     """
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
     if len(problem.blocks) == 1:
-        _search_stage(problem, library, progress)
-    else:
-        _join(
-            problem,
-            library,
-            [search(problem.stage(block.stage), progress) for block in problem.blocks],
-        )
-    _exchange(problem, library, progress)
-    if len(problem.blocks) == 1:
-        _exchange_in_turn(problem, library, progress)
+        _search_stage(problem, library, Phases(progress, _PART_COSTS))
+        return library
+    costs = {
+        block.stage: _CELL_COSTS.get(block.stage, 0.01) * len(block.z) for block in problem.blocks
+    }
+    phases = Phases(progress, {**costs, "all stages": _TOGETHER_COST * sum(costs.values())})
+    stages = [search(problem.stage(stage), phases.of(stage)) for stage in costs]
+    phases.begin("all stages")
+    _join(problem, library, stages)
+    _exchange(problem, library, phases.of("all stages"))
     return library
 
 
-def _exchange_in_turn(
-    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
-) -> None:
+def _exchange_in_turn(problem: InferenceProblem, library: ModelLibrary, progress: Progress) -> None:
     """Two effects at once, and single ones from what that finds."""
-    for _ in range(_ROUNDS_OF_TWO):
+    for round_number in range(_ROUNDS_OF_TWO):
+        progress(round_number, _ROUNDS_OF_TWO, "two effects at once")
         best = library.best()
-        _exchange_two(problem, library, progress)
+        _exchange_two(problem, library)
         if library.best().key == best.key:
             break
-        _exchange(problem, library, progress)
+        _exchange(problem, library)
 
 
-def _exchange_two(
-    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
-) -> None:
+def _exchange_two(problem: InferenceProblem, library: ModelLibrary) -> None:
     """Fits the most promising sets that are two effects away from a likely one: a search by single
     effects may have to pass sets that are much worse on the way there."""
     likely = [fit for fit, _ in library.weights()][:BEAM]
@@ -275,8 +277,6 @@ def _exchange_two(
     library.add(fit_subsets(problem, _starts(problem, list(picked.values()))))
     library.compare_backgrounds()
     library.polish()
-    best = library.best()
-    progress(f"two at once {'+'.join(best.effects)}: {library.log_joint(best):.1f}")
 
 
 def _is_large(problem: InferenceProblem) -> bool:
@@ -284,10 +284,19 @@ def _is_large(problem: InferenceProblem) -> bool:
     return sum(len(block.z) for block in problem.blocks) > _MANY
 
 
-def _search_stage(
-    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
-) -> None:
-    """From no effects upwards as long as another one pays, and from all effects downwards."""
+def _search_stage(problem: InferenceProblem, library: ModelLibrary, phases: Phases) -> None:
+    """From no effects upwards as long as another one pays, from all effects downwards, and from
+    what these find by exchanges."""
+    phases.begin("additions")
+    _add(problem, library, phases.of("additions"))
+    phases.begin("all at once")
+    _eliminate(problem, library, phases.of("all at once"))
+    _exchange(problem, library, phases.of("exchanges"))
+    _exchange_in_turn(problem, library, phases.of("two at once"))
+
+
+def _add(problem: InferenceProblem, library: ModelLibrary, progress: Progress) -> None:
+    """From no effects upwards as long as another one pays."""
     beam = [library.best()]
     _fit_singles(problem, library)
     gains = True
@@ -307,8 +316,8 @@ def _search_stage(
         beam = polished(problem, sorted(fits, key=library.log_joint, reverse=True)[:count])
         library.add(beam)
         gains = library.log_joint(library.best()) > before
-        progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
-    _eliminate(problem, library, progress)
+        # How many rounds follow is not known; two are counted on.
+        progress(size := len(beam[0].laws), size + 2, f"sets of {size}")
 
 
 def _join(problem: InferenceProblem, library: ModelLibrary, parts: Sequence[ModelLibrary]) -> None:
@@ -372,14 +381,15 @@ def _composed(parts: Sequence[SubsetFit]) -> SubsetFit:
 
 
 def _exchange(
-    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
+    problem: InferenceProblem, library: ModelLibrary, progress: Progress = lambda *_: None
 ) -> None:
     """From the best sets by drops, exchanges and additions until none is better."""
     library.compare_backgrounds()
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
     large = _is_large(problem)
-    for _ in range(_ROUNDS[large]):
+    for round_number in range(_ROUNDS[large]):  # of which two more are counted on
+        progress(round_number, round_number + 2, "exchanges of effects")
         moves = []
         for current in beam:
             additions = _additions(problem, library, current)
@@ -390,15 +400,12 @@ def _exchange(
         library.compare_backgrounds()
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
-        progress(f"exchange {'+'.join(best[0].effects)}: {library.log_joint(best[0]):.1f}")
         if best[0].key == beam[0].key:
             break
         beam = best
 
 
-def _eliminate(
-    problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]
-) -> None:
+def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Progress) -> None:
     """From all effects at once downwards: what additions pass by because only together two of them
     pay."""
     best = library.best()
@@ -408,7 +415,8 @@ def _eliminate(
         (tuple(usual), [law.smallest_start() for law in usual]),
         ((*best.laws, *others), [*best.parts, *(law.smallest_start() for law in others)]),
     ]
-    for laws, places in starts:
+    for start_number, (laws, places) in enumerate(starts):
+        progress(start_number, len(starts), "all effects at once")
         if not library.has(laws):
             u = np.concatenate(places)
             if not _is_large(
@@ -420,22 +428,16 @@ def _eliminate(
                 problem, fit_subsets(problem, start, iterations=_FROM_ALL), steps=_FROM_ALL
             )[0]
             library.add([current])
-            _shrink(problem, library, current, progress)
+            _shrink(problem, library, current)
 
 
-def _shrink(
-    problem: InferenceProblem,
-    library: ModelLibrary,
-    current: SubsetFit,
-    progress: Callable[[str], None],
-) -> None:
+def _shrink(problem: InferenceProblem, library: ModelLibrary, current: SubsetFit) -> None:
     """Drops one effect after the other, each time the one that is missed least."""
     while current.laws:
         fits = _fitted(problem, library, [(current, _drops(current))], count=3)
         if not fits:
             break
         current = max(fits, key=library.log_joint)
-        progress(f"without {'+'.join(current.effects)}: {library.log_joint(current):.1f}")
         best = library.best()
         if library.log_joint(current) < library.log_joint(best) - _GIVEN_UP and len(
             current.laws

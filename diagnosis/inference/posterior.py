@@ -3,13 +3,14 @@ is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ...array_types import Floats
+from ...parallel.phases import Progress
 from ...twin.effects import Effect
 from ..gap import GapMetric, GapTable
 from ..observable_families import background_probability, family_columns
@@ -57,7 +58,7 @@ class HypothesisPosterior:
         gap: GapTable,
         stages: Sequence[Stage],
         kinds: Sequence[type[Effect]],
-        progress: Callable[[str], None] = lambda _: None,
+        progress: Progress = lambda *_: None,
     ) -> HypothesisPosterior:
         """The sets of effects that may make a gap, searched and weighed.
 
@@ -65,8 +66,8 @@ class HypothesisPosterior:
             gap: The gap of the campaign.
             stages: The stages whose gap it is.
             kinds: The classes of the effects that are looked for.
-            progress: Called with a line of text after each step of the search; by default nothing
-                is called.
+            progress: Receives the steps done, their number and what is searched; by default
+                nothing is called.
         """
         problem = InferenceProblem.of(gap, stages, kinds)
         library = search(problem, progress)

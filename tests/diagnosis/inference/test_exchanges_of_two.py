@@ -86,9 +86,9 @@ def test_pair_beyond_a_hill_is_found_by_two_exchanges_at_once_and_not_by_single_
     library = library_of(
         problem, *((name,) for name in problem.effects), names(0, 1), names(0, 1, 4)
     )
-    _exchange(problem, library, lambda _: None)
+    _exchange(problem, library)
     assert set(library.best().effects) == set(names(0, 1))
     before = library.log_joint(library.best())
-    _exchange_two(problem, library, lambda _: None)
+    _exchange_two(problem, library)
     assert set(library.best().effects) == set(names(2, 3))
     assert library.log_joint(library.best()) > before + 50

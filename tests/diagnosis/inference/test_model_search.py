@@ -17,6 +17,7 @@ from pyroshock.diagnosis.inference.model_search import (
 )
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.inference.subset_fit import no_effects, with_evidence
+from pyroshock.parallel.phases import WHOLE
 from support.records.linear_problems import linear_law, linear_problem
 
 SHAPE = (12, 1)
@@ -38,6 +39,19 @@ def test_best_set_is_that_of_the_effects_that_act_and_none_of_noise(seed):
     library = search(problem_of(dict(zip(ACTING, (1.0, -0.7), strict=True)), seed))
     assert set(library.best().effects) == set(ACTING)
     assert search(problem_of({}, seed)).best().laws == ()
+
+
+def test_progress_is_told_within_the_search_and_never_falls():
+    told: list[tuple[int, int, str]] = []
+    search(
+        problem_of(dict(zip(ACTING, (1.0, -0.7), strict=True))),
+        lambda done, total, what: told.append((done, total, what)),
+    )
+    steps = [done for done, _, _ in told]
+    assert steps == sorted(steps)
+    assert {total for _, total, _ in told} == {WHOLE}
+    assert steps[0] == 0 and len(set(steps)) >= 5 and 80 <= steps[-1] <= WHOLE
+    assert {"all effects at once", "exchanges of effects"} <= {what for *_, what in told}
 
 
 def test_effects_that_only_together_pay_are_in_the_best_set():
