@@ -88,7 +88,7 @@ def without_hashes() -> None:
         if ROW_SHA256 in table.columns:
             table.columns[ROW_SHA256].default = table.columns[ROW_SHA256].onupdate = None
     for module in (session, series):
-        module.hash_of_new = lambda *_: None  # type: ignore[assignment]
+        module.hash_of_new = lambda *_: None  # type: ignore[attr-defined]
 
 
 if __name__ == "__main__":
