@@ -159,12 +159,17 @@ def _predicted_residuals(problem: InferenceProblem, fit: SubsetFit, scale: Float
     """Residuals over the scale (N,): of each configuration, fitted to all others; then of those in
     the corner, fitted to those outside of it, where there is a corner."""
     configuration = np.concatenate([block.configuration for block in problem.blocks])
-    single, corner = np.unique(configuration)[:, None], corner_rows(problem)
-    if corner is None:
-        return left_out_residuals(problem, fit, [single])[0] * scale
-    residuals, extrapolated = left_out_residuals(problem, fit, [single, [corner]])
-    inside = np.isin(configuration, corner)
-    return np.concatenate([residuals * scale, (extrapolated * scale)[inside]])
+    lone_configurations, corner_configurations = (
+        np.unique(configuration)[:, None],
+        corner_rows(problem),
+    )
+    if corner_configurations is None:
+        return left_out_residuals(problem, fit, [lone_configurations])[0] * scale
+    residuals, corner_residuals = left_out_residuals(
+        problem, fit, [lone_configurations, [corner_configurations]]
+    )
+    in_corner = np.isin(configuration, corner_configurations)
+    return np.concatenate([residuals * scale, (corner_residuals * scale)[in_corner]])
 
 
 def _answered(tables: Floats) -> Floats:

@@ -724,7 +724,7 @@ def _screened(
     gains = np.zeros(len(moves))
     quadratic = [np.eye(len(move.u)) for move in moves]
     linear = [-move.u for move in moves]
-    shared = [_shared(move.laws, columns) for move in moves]
+    shared_places = [_shared(move.laws, columns) for move in moves]
     for index, block in enumerate(problem.blocks):
         factor = covariance_factor(block, current.contributions[index], current.errors[index])
         residuals = residual(block, tables[index])
@@ -735,7 +735,7 @@ def _screened(
             else None
         )
         gains -= 0.5 * np.einsum("nk,nk->k", white, white)
-        for k, (rows, own) in enumerate(shared):
+        for k, (rows, own) in enumerate(shared_places):
             if slopes is None or not len(rows):
                 continue
             jacobian = slopes[:, own]
@@ -748,9 +748,9 @@ def _screened(
             if len(move.u)
             else np.zeros(0)
         )
-        held = np.ones(len(move.u), dtype=bool)
-        held[shared[k][0]] = False
-        step[held] = 0.0
+        held_mask = np.ones(len(move.u), dtype=bool)
+        held_mask[shared_places[k][0]] = False
+        step[held_mask] = 0.0
         gains[k] += float(linear[k] @ step - 0.5 * step @ quadratic[k] @ step) - 0.5 * float(
             move.u @ move.u
         )

@@ -101,17 +101,19 @@ class JointSimulator:
 
     def _effects(self, stage: Stage, points: Mapping[_SetKey, Point]) -> list[list[Effect]]:
         """The effects of each set. Sets have most laws at the same u in common."""
-        made = {
+        laws_and_places = {
             name: pair
             for key, point in points.items()
             for name, pair in zip(key[1:], point, strict=True)
         }
-        effects = {name: law.effect(u) for name, (law, u) in made.items()}
+        effects = {name: law.effect(u) for name, (law, u) in laws_and_places.items()}
         off = self._off[stage.name] if stage.name in _BATCHED else {}
         sets = []
         for key in points:
-            acting = {effect.id: effect for effect in map(effects.__getitem__, key[1:])}
-            sets.append(list(({**off, **acting} if acting else acting).values()))
+            effects_by_id = {effect.id: effect for effect in map(effects.__getitem__, key[1:])}
+            sets.append(
+                list(({**off, **effects_by_id} if effects_by_id else effects_by_id).values())
+            )
         return sets
 
     @cached_property

@@ -114,12 +114,12 @@ class ContactTimeProcess(LearnedArrays):
             with one_core():
                 choice, error = self._searched(x, y, groups, rng)
                 rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
-                start = None
+                start_settings = None
                 if len(rows) > self.search_rows:  # steps on few rows cost little, and most are far
-                    few = rows[:: math.ceil(len(rows) / self.search_rows)]
-                    near, _ = fitted(x[few], y[few], choice, 30)
-                    start = {**choice, **near}
-                parameters, self.losses_ = fitted(x[rows], y[rows], choice, 30, start)
+                    coarse_rows = rows[:: math.ceil(len(rows) / self.search_rows)]
+                    coarse_parameters, _ = fitted(x[coarse_rows], y[coarse_rows], choice, 30)
+                    start_settings = {**choice, **coarse_parameters}
+                parameters, self.losses_ = fitted(x[rows], y[rows], choice, 30, start_settings)
                 tuned = {**choice, **parameters, "error": error}
         return self.restore(_as_arrays(x, y, tuned))
 

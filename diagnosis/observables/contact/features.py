@@ -129,9 +129,9 @@ class _Spline:
         knots = make_interp_spline(index, index, k=degree).t
         at_samples = BSpline.design_matrix(index, knots, degree)
         band = np.zeros((3 * degree + 1, samples))
-        dense = at_samples.toarray()
+        sample_matrix = at_samples.toarray()
         for offset in range(-degree, degree + 1):
-            diagonal = np.diagonal(dense, offset)
+            diagonal = np.diagonal(sample_matrix, offset)
             band[2 * degree - offset, max(offset, 0) : max(offset, 0) + len(diagonal)] = diagonal
         factors, pivots, _ = dgbtrf(band, degree, degree)
         places = np.minimum(np.arange(samples * finer) / finer, samples - 1)
@@ -242,7 +242,7 @@ def frame_features(framed_pulses: Sequence[tuple[Floats, Floats]]) -> Floats:
         unit = PLACES[1] - PLACES[0]
         shape = _clipped(force, low[:, None] + (high - low)[:, None] * _PHASES) / peak[:, None]
         # Part by part: the last digits of a product and of these sums depend on the number of rows.
-        after = np.concatenate(
+        late_force = np.concatenate(
             [part[:, PLACES > _AFTER].sum(axis=1) for part in np.split(force, ends)]
         )
         values = np.column_stack(
@@ -253,7 +253,7 @@ def frame_features(framed_pulses: Sequence[tuple[Floats, Floats]]) -> Floats:
                 np.log((high - low) * unit * frame_width_s),
                 (_apex(force, peak) - low) / (high - low),
                 np.concatenate([part @ _SHAPES for part in np.split(shape, ends)]),
-                after / force.sum(axis=1),
+                late_force / force.sum(axis=1),
             ]
         )
     values[~np.isfinite(values).all(axis=1) | np.isnan(frame).any(axis=1)] = np.nan

@@ -248,10 +248,10 @@ def measured_features(histories: ForceHistories, step_s: Floats, chain: SensorCh
             phases = _framed(histories, rows, float(key[1]), float(2 ** key[0]), chain)
             rows_of += [rows] * len(phases)
             frames += phases
-    shown = np.concatenate(rows_of)
+    frame_rows = np.concatenate(rows_of)
     values[answered] = 0.0
-    np.add.at(values, shown, frame_features(frames))
-    return np.asarray(values / np.bincount(shown, minlength=len(values)).clip(1)[:, None])
+    np.add.at(values, frame_rows, frame_features(frames))
+    return np.asarray(values / np.bincount(frame_rows, minlength=len(values)).clip(1)[:, None])
 
 
 def _framed(

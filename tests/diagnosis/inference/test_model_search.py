@@ -42,16 +42,16 @@ def test_best_set_is_that_of_the_effects_that_act_and_none_of_noise(seed):
 
 
 def test_progress_is_told_within_the_search_and_never_falls():
-    told: list[tuple[int, int, str]] = []
+    progress_calls: list[tuple[int, int, str]] = []
     search(
         problem_of(dict(zip(ACTING, (1.0, -0.7), strict=True))),
-        lambda done, total, what: told.append((done, total, what)),
+        lambda done, total, what: progress_calls.append((done, total, what)),
     )
-    steps = [done for done, _, _ in told]
+    steps = [done for done, _, _ in progress_calls]
     assert steps == sorted(steps)
-    assert {total for _, total, _ in told} == {WHOLE}
+    assert {total for _, total, _ in progress_calls} == {WHOLE}
     assert steps[0] == 0 and len(set(steps)) >= 5 and 80 <= steps[-1] <= WHOLE
-    assert {"all effects at once", "exchanges of effects"} <= {what for *_, what in told}
+    assert {"all effects at once", "exchanges of effects"} <= {what for *_, what in progress_calls}
 
 
 def test_effects_that_only_together_pay_are_in_the_best_set():
