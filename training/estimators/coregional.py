@@ -126,9 +126,13 @@ class Coregional(LearnedArrays):
         return new._fit(x, y, rows, self._learned(), change=RELEARNING_CHANGE)
 
     def _fit(
-        self, x: Floats, y: Floats, tuning_rows: NDArray[np.intp], start: Arrays | None = None,
+        self,
+        x: Floats,
+        y: Floats,
+        tuning_rows: NDArray[np.intp],
+        start: Arrays | None = None,
         change: float = USUAL_CHANGE,
-    ) -> Self:  # fmt: skip
+    ) -> Self:
         from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
         from ..gp.maximise import maximise
         from ..gp.multitask import CoregionalModel

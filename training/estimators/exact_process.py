@@ -76,9 +76,15 @@ def leave_folds_out(inverted: Floats, y: Floats, folds: Sequence[NDArray[np.bool
 
 
 def most_likely(
-    start: Process, z: Floats, h: Floats, y: Floats, ard: bool, noise_floor: float,
-    iterations: int, change: float = USUAL_CHANGE,
-) -> tuple[Process, Floats]:  # fmt: skip
+    start: Process,
+    z: Floats,
+    h: Floats,
+    y: Floats,
+    ard: bool,
+    noise_floor: float,
+    iterations: int,
+    change: float = USUAL_CHANGE,
+) -> tuple[Process, Floats]:
     """The process of greatest marginal likelihood near `start`, and the losses of the search per
     row.
 
@@ -152,9 +158,13 @@ class ProcessInputs:
 
 
 def _most_likely(
-    view: ProcessInputs, x: Floats, settings: Settings, iterations: int, start: Process,
+    view: ProcessInputs,
+    x: Floats,
+    settings: Settings,
+    iterations: int,
+    start: Process,
     change: float = USUAL_CHANGE,
-) -> tuple[Process, Floats]:  # fmt: skip
+) -> tuple[Process, Floats]:
     z, h = view.inputs(x)
     floor = settings["noise"] / 10
     return most_likely(start, z, h, view.output, settings["ard"], floor, iterations, change)

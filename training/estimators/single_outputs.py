@@ -81,9 +81,13 @@ class SingleOutputs(LearnedArrays):
         return type(self)(**self.settings())._fit(x, y, rng, starts, change=RELEARNING_CHANGE)
 
     def _fit(
-        self, x: Floats, y: Floats, rng: np.random.Generator, starts: Sequence[Arrays | None],
+        self,
+        x: Floats,
+        y: Floats,
+        rng: np.random.Generator,
+        starts: Sequence[Arrays | None],
         change: float = USUAL_CHANGE,
-    ) -> Self:  # fmt: skip
+    ) -> Self:
         inputs, outputs = Standard.of(x), Standard.of(y)
         rows = np.sort(rng.permutation(len(x))[: self.tuning_rows])
         z, columns = inputs.apply(x)[rows], outputs.apply(y)[rows]
