@@ -17,7 +17,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help lock setup demo test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale compile-costs blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
+.PHONY: help lock setup demo demo-campaigns test test-fresh fuzz mutants test-clients test-faults test-slow test-browser screenshots page-pictures gallery bench bench-full bench-models bench-tuning bench-scale compile-costs blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -74,6 +74,9 @@ PICTURES ?= results/pages
 
 page-pictures: .venv/.pyroshock-test ## every page at 1400 and 390 pixels, light and dark, into PICTURES (results/pages)
 	@mkdir -p $(PICTURES) && PYROSHOCK_PAGE_PICTURES=$(abspath $(PICTURES)) $(PYTEST) -m slow tests/app/web/test_browser_pages.py -k any_width
+
+demo-campaigns: .venv/.pyroshock-dev ## the shots of the virtual bench that ship for the demo anew into examples/, from their seeds
+	@$(BIN)/python -m examples.virtual_campaigns --out examples
 
 gallery: .venv/.pyroshock-test ## the thesis's figures that the software can draw, anew into docs/images/gallery: some minutes
 	@$(BIN)/python -m examples.gallery --out docs/images/gallery

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -126,6 +126,7 @@ def simulate(
     suffix: str = ".npz",
     trigger: Trigger | None = None,
     echoes: bool = False,
+    runs: Collection[int] | None = None,
 ) -> SimulatedCampaign:
     """Play every row of a plan into a campaign folder, and seal the truth beside it.
 
@@ -151,6 +152,8 @@ def simulate(
             of its pressure.
         echoes: Whether the edges of the plate act on what strikes it; by default the plate has none
             while it is struck.
+        runs: Numbers of the runs to play, of those in the plan; by default all. Their recordings
+            are those of the whole campaign.
 
     Returns:
         What was written, and where.
@@ -160,6 +163,7 @@ def simulate(
             is written.
     """
     _check(plan_rows, kind, out, seed, repetitions, suffix)
+    _check_runs(plan_rows, runs)
     if trigger is not None and kind != "gun":
         raise ValueError(
             f"a trigger on the tank's pressure for a {kind} campaign: expected a plan of kind 'gun'"
@@ -174,14 +178,17 @@ def simulate(
         if trigger is not None:
             assert isinstance(bench, VirtualGunBench)  # _check
             bench = replace(bench, trigger=trigger)
-        tasks = bench.tasks(plan_rows, repetitions)
-        seeds = sequence.spawn(len(tasks))
+        all_tasks = bench.tasks(plan_rows, repetitions)
+        seeded = [
+            (task, task_seed)
+            for task, task_seed in zip(all_tasks, sequence.spawn(len(all_tasks)), strict=True)
+            if runs is None or int(task.cells["run"]) in runs
+        ]
+        tasks = [task for task, _ in seeded]
         executor = ExecutorConfig(jobs=min(jobs or usual_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
         shared = (bench, partial, suffix)
-        with closing(
-            run_all_tasks(executor, _make, zip(tasks, seeds, strict=True), shared=shared)
-        ) as made:
+        with closing(run_all_tasks(executor, _make, seeded, shared=shared)) as made:
             for (task, _), truth in made:
                 truths_by_recording[task.name] = truth
                 if progress:
@@ -192,7 +199,7 @@ def simulate(
             partial,
             CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()),
         )
-        runs = [
+        truth_rows = [
             {
                 "run": int(task.cells["run"]),
                 "repetition": int(task.cells["repetition"]),  # of the first hit
@@ -202,7 +209,8 @@ def simulate(
             for task, hits in zip(tasks, truths, strict=True)
         ]
         write_seal(
-            partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes)
+            partial,
+            Seal(kind, seed, effects.as_json(), truth_rows, folder_hash(partial), echoes=echoes),
         )
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
 
@@ -230,6 +238,14 @@ def _check(
         raise ValueError(
             f"{seal_path(out)}: there is a seal already; expected a new name for the folder"
         )
+
+
+def _check_runs(rows: Sequence[Row], runs: Collection[int] | None) -> None:
+    if runs is None:
+        return
+    planned = {int(row["run"]) for row in rows}
+    if not runs or not planned.issuperset(runs):
+        raise ValueError(f"runs {sorted(runs)}; expected one or more of the plan's {len(planned)}")
 
 
 def _path(task: RecordingTask, suffix: str) -> str:

@@ -22,7 +22,7 @@ from ..figures.figure import (
     as_floats,
     equal_line,
 )
-from .virtual_campaign import REHEARSAL, VirtualCampaign
+from .virtual_campaign import CHANGED, EFFECT, REHEARSAL, STRENGTH
 
 if TYPE_CHECKING:
     from ...training.registry.records import Version
@@ -142,12 +142,6 @@ def validation_figure(validation: TwinValidation) -> Plot:
     """The share of shots inside the 90 % band of each quantity."""
     title = "Shots that the twin has not seen; line: 90 %, bars: 95 % intervals"
     return replace(validation.figure(), title=title)
-
-
-#: The effect that chapter 5 switches on: the valve passes less gas, and opens more slowly, than it
-#: usually does.
-EFFECT, STRENGTH = "gun.valve_flow", 3.0
-CHANGED = VirtualCampaign("slow-valve", runs=12, repetitions=2, seed=2, effects={EFFECT: STRENGTH})
 
 
 def diagnose_gap(store: Store, url: str, step: Step) -> GapDiagnosis:

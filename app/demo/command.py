@@ -185,7 +185,7 @@ def _virtual_campaign(story: _Story) -> None:
     from ...doe.sheet import write_sheet
     from .virtual_campaign import REHEARSAL, campaign_figure, fire_campaign
 
-    with progress_bar(f"Simulating {REHEARSAL.name}", "%") as step:
+    with progress_bar(f"Preparing {REHEARSAL.name}", "%") as step:
         result = fire_campaign(story.store, REHEARSAL, story.out / REHEARSAL.name, step)
     with story.store.reading() as session:
         write_sheet(read_plan(session, REHEARSAL.name), story.out / SHEET)
@@ -196,10 +196,12 @@ def _virtual_campaign(story: _Story) -> None:
         if result.repeat
         else ""
     )
+    fired = REHEARSAL.fired_runs
     story.tell(
-        f"The software plans {result.planned} runs, fires {result.shots} shots on the virtual "
-        f"bench, ingests the recordings, and links them to the plan: {result.done} of "
-        f"{result.planned} runs are done{repeats}."
+        f"The software plans {result.planned} runs for the virtual bench. It ships the recordings "
+        f"of {result.planned - fired} of them, and fires the other {fired} now. It ingests all "
+        f"recordings and links them to the plan: {result.done} of {result.planned} runs are done"
+        f"{repeats}."
     )
     story.tell(
         f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): "
@@ -253,26 +255,19 @@ def _validation(story: _Story) -> None:
 
 def _gap(story: _Story) -> None:
     from ..operations.diagnose.wording import effect_subject
-    from .chapters import (
-        CHANGED,
-        EFFECT,
-        STRENGTH,
-        diagnose_gap,
-        diagnosis_figure,
-        diagnosis_json,
-    )
-    from .virtual_campaign import fire_campaign
+    from .chapters import diagnose_gap, diagnosis_figure, diagnosis_json
+    from .virtual_campaign import CHANGED, EFFECT, STRENGTH, fire_campaign
 
-    with progress_bar(f"Simulating {CHANGED.name}", "%") as step:
+    with progress_bar(f"Ingesting {CHANGED.name}", "%") as step:
         result = fire_campaign(story.store, CHANGED, story.out / CHANGED.name, step)
     with progress_bar(f"Diagnosing {CHANGED.name}", "steps") as step:
         diagnosis = diagnose_gap(story.store, story.url, step)
     write_figure(diagnosis_figure(diagnosis), story.picture(5))
     story.data["diagnosis"] = diagnosis_json(diagnosis)
     story.tell(
-        f"The virtual bench fires {result.shots} more shots with an effect "
-        f"switched on: {effect_subject(EFFECT)} "
-        f"has {STRENGTH:g} times its usual strength. The diagnosis does not know this."
+        f"The software ships {result.shots} more shots of the virtual bench, for which an effect "
+        f"was switched on: {effect_subject(EFFECT)} has {STRENGTH:g} times its usual strength. "
+        "The diagnosis does not know this."
     )
     story.tell(diagnosis.sentence)
 

@@ -1,10 +1,11 @@
-"""The demo's virtual campaigns: planned, fired on the virtual bench, ingested, and linked to their
-plans."""
+"""The demo's virtual campaigns: planned, ingested from recordings that ship and from shots that are
+fired on the virtual bench, and linked to their plans."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,7 @@ from ..operations.plan.planning import make_plan
 from ..operations.plan.rehearsal import NAME, SEED, RehearsalResult, simulate_plan
 
 if TYPE_CHECKING:
+    from ...virtualbench.simulate import SimulatedCampaign
     from ..common.progress import Step
 
 #: One plate without anvil, so that the virtual bench solves one plate only, and levels at which its
@@ -85,34 +87,62 @@ values = [8, 10, 12]
 @dataclass(frozen=True)
 class VirtualCampaign:
     """A campaign of the virtual bench: `effects` are strengths by name, the others have their usual
-    strength of 1."""
+    strength of 1.
+
+    Its recordings ship with the software, in the folder of its name in `examples/`, but for those
+    of the last `fired_runs` runs, which the demo fires itself.
+    """
 
     name: str
     runs: int | None  # None: every combination of levels
     repetitions: int
     seed: int
     effects: Mapping[str, float] = field(default_factory=dict)
+    fired_runs: int = 0
+
+    def shipped_runs(self, plan: StoredPlan) -> range:
+        """The numbers of the runs of its plan whose recordings ship."""
+        return range(1, len(plan.runs) - self.fired_runs + 1)
+
+    def open_runs(self, plan: StoredPlan) -> range:
+        """The numbers of the other runs."""
+        return range(len(plan.runs) - self.fired_runs + 1, len(plan.runs) + 1)
 
 
-#: Seconds of a processor for a recording, where it is simulated and where it is ingested.
-_SIMULATION_S, _INGEST_S = 2.0, 0.2
+#: Seconds of a processor for a recording, where it is simulated and where it is ingested; a plate
+#: is solved before the first is simulated.
+_SIMULATION_S, _INGEST_S = 0.8, 0.05
 #: Chapters 2 to 4.
-REHEARSAL = VirtualCampaign(NAME, runs=None, repetitions=1, seed=SEED)
+REHEARSAL = VirtualCampaign(NAME, runs=None, repetitions=1, seed=SEED, fired_runs=10)
+#: The effect that is switched on for chapter 5: the valve passes less gas, and opens more slowly,
+#: than it usually does.
+EFFECT, STRENGTH = "gun.valve_flow", 3.0
+CHANGED = VirtualCampaign("slow-valve", runs=12, repetitions=2, seed=2, effects={EFFECT: STRENGTH})
 
 
 def fire_campaign(
     store: Store, campaign: VirtualCampaign, folder: Path, step: Step
 ) -> RehearsalResult:
-    """Plan, simulate and ingest a campaign; what is there already is not made again."""
-    plan = _plan_of(store, campaign)
-    phases = Phases(step, {"simulating": _SIMULATION_S, "ingesting": _INGEST_S})
-    if not (folder / "campaign.toml").is_file():
-        simulating = phases.of("simulating")
-        simulating(0, len(plan.runs) * campaign.repetitions, "solving the plate")
-        simulate_plan(
-            plan, folder, seed=campaign.seed, effects=campaign.effects, progress=simulating
-        )
-    report = ingest_folder(store, folder, progress=phases.of("ingesting"))
+    """Plan a campaign, ingest its recordings that ship, and simulate and ingest the others into
+    `folder`; what is there already is not made again."""
+    plan = make_campaign_plan(store, campaign)
+    shipped, fired = (len(runs(plan)) for runs in (campaign.shipped_runs, campaign.open_runs))
+    phases = Phases(
+        step,
+        {
+            "ingesting": _INGEST_S * shipped,
+            "simulating": _SIMULATION_S * fired,
+            "ingesting the shots": _INGEST_S * fired,
+        },
+    )
+    with as_file(files("pyroshock") / "examples" / campaign.name) as place:
+        report = ingest_folder(store, place, progress=phases.of("ingesting"))
+    if fired:
+        if not (folder / "campaign.toml").is_file():
+            simulating = phases.of("simulating")
+            simulating(0, fired, "solving the plate")
+            simulate_runs(plan, campaign, campaign.open_runs(plan), folder, simulating)
+        report = ingest_folder(store, folder, progress=phases.of("ingesting the shots"))
     link_campaign(store, campaign.name, campaign.name)
     with store.reading() as session:
         runs = read_plan(session, campaign.name).runs
@@ -135,7 +165,22 @@ def fire_campaign(
     )
 
 
-def _plan_of(store: Store, campaign: VirtualCampaign) -> StoredPlan:
+def simulate_runs(
+    plan: StoredPlan,
+    campaign: VirtualCampaign,
+    runs: Collection[int],
+    folder: Path,
+    progress: Step | None = None,
+) -> SimulatedCampaign:
+    """Fire some runs of a campaign on the virtual bench into a new campaign folder."""
+    return simulate_plan(
+        plan, folder, seed=campaign.seed, effects=campaign.effects, progress=progress, runs=runs
+    )
+
+
+def make_campaign_plan(store: Store, campaign: VirtualCampaign) -> StoredPlan:
+    """The plan of a campaign, stored under its name; the one that is there already, where there is
+    one."""
     with store.reading() as session:
         try:
             return read_plan(session, campaign.name)

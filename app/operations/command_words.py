@@ -64,7 +64,7 @@ NOUNS = {
     "pyroshock campaigns show rehearsal\n"
     'pyroshock campaigns delete first-shots --reason "wrong sensor, repeated in autumn" --dry-run',
     "runs": "pyroshock runs list rehearsal\n"
-    "pyroshock runs show rehearsal recordings/0001-01.npz\n"
+    "pyroshock runs show rehearsal recordings/0001-01.h5\n"
     'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose" --dry-run',
     "impacts": 'pyroshock impacts --campaign rehearsal --where "peak_force_n>1000"\n'
     "pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv",

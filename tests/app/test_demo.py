@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -16,19 +15,7 @@ from pyroshock.app.doors.command_line.main import main
 
 
 @pytest.fixture(scope="module")
-def small_campaign():
-    """The rehearsal with a few shots: the virtual bench takes a second for each."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            virtual_campaign,
-            "REHEARSAL",
-            replace(virtual_campaign.REHEARSAL, runs=4, repetitions=2),
-        )
-        yield
-
-
-@pytest.fixture(scope="module")
-def told(tmp_path_factory, coarse_plates, small_campaign):
+def told(tmp_path_factory, coarse_plates):
     """The folder of the results of two chapters, and what the command said."""
     out = tmp_path_factory.mktemp("demo") / "results"
     result = CliRunner().invoke(main, ["demo", "--out", str(out), "--chapters", "2"])
@@ -95,8 +82,10 @@ def test_rehearsal_works_its_plan_off_the_same_twice(demo):
     rehearsal = data["rehearsal"]
     assert (
         rehearsal["planned"] == rehearsal["done"] + rehearsal["repeat"]
-        and rehearsal["shots"] == 2 * rehearsal["planned"]
+        and rehearsal["shots"] == rehearsal["planned"] == 36
     )
+    fired = (out / "rehearsal" / "runs.csv").read_text(encoding="utf-8").splitlines()[1:]
+    assert [line.split(",")[0] for line in fired] == [str(run) for run in range(27, 37)]
     assert (
         0.4 < rehearsal["median_ratio"] < 1.2
     )  # the virtual bench is another gun than the nominal one
@@ -135,14 +124,17 @@ def test_whole_story_twice(tmp_path, monkeypatch):
             tmp_path / picture
         ).read_bytes().startswith(b"\x89PNG")
     data = json.loads(CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--json"]).stdout)
-    assert (
-        data["rehearsal"]["done"] + data["rehearsal"]["repeat"]
-        == data["rehearsal"]["planned"]
-        == 36
-        and data["contact_model"]["promoted"]
+    rehearsal, model, validation = (
+        data[name] for name in ("rehearsal", "contact_model", "validation")
     )
-    assert (
-        data["validation"]["calibrated"]
-        and data["diagnosis"]["effects"][0]["effect"] == chapters.EFFECT
-    )
+    assert rehearsal["done"] + rehearsal["repeat"] == rehearsal["planned"] == 36
+    assert model["promoted"] == ("is now in use" in result.stdout)
+    assert model["promoted"] == ("is refused" not in model["decision"])
+    # The sentence and the table of the validation say the same of each quantity.
+    sentence = validation["verdict"]
+    assert validation["calibrated"] == (not sentence.startswith("Not calibrated"))
+    for row in validation["quantities"]:
+        if row["coverage90_ci95"][1] < 0.9:
+            assert f"{100 * row['coverage90']:.0f} %" in sentence
+    assert data["diagnosis"]["effects"][0]["effect"] == virtual_campaign.EFFECT
     assert data["diagnosis"]["held_out_fraction"] > 0.5

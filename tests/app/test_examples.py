@@ -50,8 +50,7 @@ def example_lines(text: str) -> list[str]:
 def demo_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the demo leaves, with the names that it gives; its plates have few modes, and its
     diagnosis is made up."""
-    from pyroshock.app.demo.chapters import CHANGED
-    from pyroshock.app.demo.virtual_campaign import fire_campaign
+    from pyroshock.app.demo.virtual_campaign import CHANGED, fire_campaign
     from pyroshock.app.jobs.known_kinds import KINDS
     from pyroshock.app.jobs.queue import ask
     from pyroshock.app.operations.diagnose.diagnosing import keep
@@ -91,7 +90,7 @@ def working_folder(
         else:
             (results / path.name).symlink_to(path)
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
-    _correct_tip_radius(results / "rehearsal", tmp_path / "corrected")
+    _correct_tip_radius(REPOSITORY / "examples" / "rehearsal", tmp_path / "corrected")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYROSHOCK_DB", "sqlite:///results/demo.db")
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
@@ -103,7 +102,7 @@ def working_folder(
 def _correct_tip_radius(campaign: Path, corrected: Path) -> None:
     """The campaign's folder with another tip radius in run 8, as `runs replace` reads it."""
     corrected.mkdir()
-    shutil.copytree(campaign / "recordings", corrected / "recordings", copy_function=os.link)
+    shutil.copytree(campaign / "recordings", corrected / "recordings")
     shutil.copy2(campaign / "campaign.toml", corrected)
     header, *rows = (campaign / "runs.csv").read_text(encoding="utf-8").splitlines()
     column = header.split(",").index("tip_radius_mm")

@@ -213,6 +213,27 @@ def test_number_of_processes_changes_no_byte(hammer, tmp_path):
     assert open_seal(again.seal) == open_seal(hammer.seal)
 
 
+def test_some_runs_have_the_recordings_of_the_whole_campaign(gun, tmp_path):
+    some = simulate(
+        GUN_ROWS,
+        "gun",
+        tmp_path / "campaign",
+        seed=SEED,
+        effects=Effects.default(),
+        repetitions=2,
+        jobs=1,
+        runs=[2],
+    )
+    names = {path.name for path in (some.folder / "recordings").iterdir()}
+    assert names == {"0002-01.npz", "0002-02.npz"}
+    for name in names:
+        assert (some.folder / "recordings" / name).read_bytes() == (
+            gun.folder / "recordings" / name
+        ).read_bytes()
+    assert open_seal(some.seal).runs == open_seal(gun.seal).runs[2:]
+    assert open_seal(some.seal).belongs_to(some.folder)
+
+
 @pytest.mark.parametrize(
     ("name", "heard"),
     [
@@ -332,6 +353,8 @@ def test_plan_that_cannot_be_played_is_refused(tmp_path, kind, rows, message):
         ({"seed": -1}, "seed = -1"),
         ({"repetitions": 0}, "repetitions = 0"),
         ({"suffix": ".wav"}, "format '.wav'"),
+        ({"runs": [11, 13]}, r"runs \[11, 13\]; expected one or more of the plan's 1"),
+        ({"runs": []}, r"runs \[\]; expected"),
     ],
 )
 def test_senseless_option_is_refused(tmp_path, options, message):

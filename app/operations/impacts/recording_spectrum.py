@@ -265,7 +265,7 @@ SRS: Operation[RecordingSpectrum, MeasuredRecording] = Operation(
 FILE is a recording (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav). The exit code is 1
 if the target is missed: a line outside of its tolerance, or another rule of the standard that is
 not met.""",
-    example="""pyroshock srs results/rehearsal/recordings/0001-01.npz --channel acceleration_1 \\
+    example="""pyroshock srs examples/rehearsal/recordings/0001-01.h5 --channel acceleration_1 \\
     --unit g --out spec.csv --plot shot.png""",
     route=("POST", "/srs/recording"),
     outputs=(

@@ -111,7 +111,7 @@ EXPORT: Operation[TableExport, ExportedTable] = Operation(
 Pulses are those in use, with their points of force. Series are in SI units. A factor that no
 selected impact has gets no column.""",
     example="""pyroshock export impacts --out impacts.csv --columns run,tip_material,peak_force_n
-pyroshock export series --campaign rehearsal --recording recordings/0001-01.npz \\
+pyroshock export series --campaign rehearsal --recording recordings/0001-01.h5 \\
     --out 0001-01.parquet""",
     writes_csv=True,
     label=lambda request: request.what,

@@ -94,7 +94,7 @@ also after the first one was killed. A damaged recording is set aside with its r
 discarded one stays out. Runs of a plan are marked as done, and what does not match the plan is
 reported.""",
     example="pyroshock ingest results/rehearsal/ --dry-run\n"
-    "pyroshock ingest results/slow-valve/ --velocity-target-motion plate --db sqlite:///lab.db",
+    "pyroshock ingest examples/slow-valve/ --velocity-target-motion plate --db sqlite:///lab.db",
     route=("POST", "/ingest"),
     long=True,
     steps="recordings",

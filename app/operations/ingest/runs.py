@@ -99,7 +99,7 @@ RUN_SHOW: Operation[RecordingOfCampaign, RecordingContents] = Operation(
     run=_show,
     help="Show one RECORDING of CAMPAIGN: its impacts and shots with the run and repetition of "
     "each, and its findings.",
-    example="pyroshock runs show rehearsal recordings/0001-01.npz",
+    example="pyroshock runs show rehearsal recordings/0001-01.h5",
     command=("runs", "show"),
     route=("GET", "/campaigns/{campaign}/recording"),
     absent=_SHOWN,
@@ -200,7 +200,7 @@ The store keeps a tombstone: the hash of the file, the time, the person, the rea
 depended on it. A later ingest of the folder does not bring the file back, but `pyroshock ingest
 FOLDER --again RECORDING` does. Datasets keep their name and hash, but can no longer be read. Models
 stay. Runs of a plan that are no longer recorded are to be done again.""",
-    example="pyroshock runs discard rehearsal recordings/0007-01.npz "
+    example="pyroshock runs discard rehearsal recordings/0007-01.h5 "
     '--reason "the plate had come loose" --dry-run\n'
     'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"',
     command=("runs", "discard"),
@@ -326,7 +326,7 @@ With --from FOLDER, the file of the same path and the rows of runs.csv that name
 either may be corrected. With FILE, another file of a campaign folder is read, with its own path and
 rows. The store keeps a tombstone of the old recording that names the hash of the new one. Other
 recordings of the folder are not read.""",
-    example="pyroshock runs replace rehearsal recordings/0008-01.npz --from corrected/ "
+    example="pyroshock runs replace rehearsal recordings/0008-01.h5 --from corrected/ "
     '--reason "tip radius corrected"',
     command=("runs", "replace"),
     absent={"json": _READS_HERE, "form": _READS_HERE},

@@ -3,7 +3,7 @@ line and by notebooks alike, to be ingested and held against its plan."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,13 +56,14 @@ def simulate_plan(
     pre_trigger: Quantity | None = None,
     jobs: int | None = None,
     progress: Step | None = None,
+    runs: Collection[int] | None = None,
 ) -> SimulatedCampaign:
     """Fire a plan on the virtual bench into a new campaign folder, as
     `virtualbench.simulate.simulate` does.
 
     `effects` are strengths by name; the others keep their usual strength of 1. `name` and
-    `repetitions` are the plan's unless they are given. Raises `ValueError` as that function,
-    `Effects.with_strength` and `trigger_of`.
+    `repetitions` are the plan's unless they are given, and `runs` are all of it. Raises
+    `ValueError` as that function, `Effects.with_strength` and `trigger_of`.
     """
 
     kind, rows, planned = rows_of_stored(plan)
@@ -81,6 +82,7 @@ def simulate_plan(
         progress=progress,
         name=name or plan.name,
         trigger=trigger_of(trigger, pre_trigger),
+        runs=runs,
     )
 
 
