@@ -351,9 +351,11 @@ def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # ty
             for j in range(i + 1):
                 total += _DP_STAGES[i, j] * work[j, c]
             new[c] = state[c] + step * total
-        _rates(q, 0.0, 1.0, 0.0, time + _DP_NODES[i] * step, new, 0.0, 0.0, work[i + 1])
+        # Into an array that is at hand: a view of a row would have its references counted.
+        _rates(q, 0.0, 1.0, 0.0, time + _DP_NODES[i] * step, new, 0.0, 0.0, slope)
+        for c in range(4):
+            work[i + 1, c] = slope[c]
     for c in range(4):
-        slope[c] = work[6, c]
         total = 0.0
         for j in range(7):
             total += _DP_ERROR[j] * work[j, c]
