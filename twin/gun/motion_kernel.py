@@ -465,12 +465,14 @@ _POSITION, _VELOCITY, _ONE_GAS, _TANK = 0, 1, 2, 4
 
 
 @njit(nogil=True, error_model="numpy")
-def _remember(row, time, state, rates, tank):  # type: ignore[no-untyped-def]
-    """Where a step begins, into a row of the history: time, tank pressure, position, velocity, and
-    the rates of these three."""
-    row[0] = time
-    row[1], row[2], row[3] = state[tank], state[_POSITION], state[_VELOCITY]
-    row[4], row[5], row[6] = rates[tank], rates[_POSITION], rates[_VELOCITY]
+def _remember(history, count, time, state, rates, tank):  # type: ignore[no-untyped-def]
+    """Where step `count` begins, into its row of the history, a ring: time, tank pressure,
+    position, velocity, and the rates of these three."""
+    row = count % history.shape[0]
+    history[row, 0] = time
+    history[row, 1], history[row, 4] = state[tank], rates[tank]
+    history[row, 2], history[row, 5] = state[_POSITION], rates[_POSITION]
+    history[row, 3], history[row, 6] = state[_VELOCITY], rates[_VELOCITY]
 
 
 @njit(nogil=True, error_model="numpy")
@@ -486,17 +488,17 @@ def _earlier_states(history, count, leads, earlier):  # type: ignore[no-untyped-
         back = 1
         while back < last and history[(count - 1 - back) % size, 0] > moment:
             back += 1
-        first, second = history[(count - 1 - back) % size], history[(count - back) % size]
-        width = second[0] - first[0]
-        share = min(max((moment - first[0]) / width, 0.0), 1.0) if width > 0 else 1.0
+        first, second = (count - 1 - back) % size, (count - back) % size
+        width = history[second, 0] - history[first, 0]
+        share = min(max((moment - history[first, 0]) / width, 0.0), 1.0) if width > 0 else 1.0
         rest = 1 - share
         for c in range(3):
             value = (
-                rest * rest * (1 + 2 * share) * first[1 + c]
-                + share * share * (3 - 2 * share) * second[1 + c]
+                rest * rest * (1 + 2 * share) * history[first, 1 + c]
+                + share * share * (3 - 2 * share) * history[second, 1 + c]
             )
             earlier[m, c] = value + share * rest * width * (
-                rest * first[4 + c] - share * second[4 + c]
+                rest * history[first, 4 + c] - share * history[second, 4 + c]
             )
 
 
@@ -553,24 +555,18 @@ def _moved(  # type: ignore[no-untyped-def]
             if abs(gap) <= AT_TARGET * q.travel_m:
                 late = gap / slope[0]
                 if remembers:
-                    _remember(history[count % history.shape[0]], time, state, first, tank)
+                    _remember(history, count, time, state, first, tank)
                 for c in range(k):
                     state[c] = new[c] - late * slope[c]
                 if remembers:
-                    _remember(
-                        history[(count + 1) % history.shape[0]],
-                        time + step - late,
-                        state,
-                        slope,
-                        tank,
-                    )
+                    _remember(history, count + 1, time + step - late, state, slope, tank)
                     _earlier_states(history, count + 2, leads, earlier)
                 return time + step - late, REACHED
             if gap > 0:
                 step, aims = _aimed(step, state[0], first[0], new[0], slope[0], q.travel_m), True
             else:
                 if remembers:
-                    _remember(history[count % history.shape[0]], time, state, first, tank)
+                    _remember(history, count, time, state, first, tank)
                     count += 1
                 time += step
                 if at_corner:
