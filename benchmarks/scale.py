@@ -76,7 +76,7 @@ QUESTION_REPEATS, INGEST_REPEATS = 9, 7
 RECORDINGS = 20
 IMPACTS = RECORDINGS * HITS
 #: A table or index that is smaller than this at the target is not shown, bytes.
-_SMALLEST = 50e6
+_SMALLEST = 200e6
 #: A page that takes longer keeps a person waiting, seconds.
 _SLOW_S = 1.0
 #: Nodes of a plan that only pass rows on say nothing.
@@ -265,20 +265,20 @@ def series_kinds(folder: Path) -> Iterator[Measured]:
     own."""
     made = write_campaign(folder / "made", 8, ".mat", np.random.default_rng(11))
     yield _series_row(
-        "hammer: two channels, ten hits in 10 s (`tests/support/records/hammer_recordings.py`)",
+        "hammer: two channels, ten impacts in 10 s (`tests/support/records/hammer_recordings.py`)",
         made,
         folder,
     )
     measured = ROOT / "examples" / "modal-hammer-hit"
     yield _series_row(
-        "hammer: two channels, one measured hit (`examples/modal-hammer-hit`)", measured, folder
+        "hammer: two channels, one measured impact (`examples/modal-hammer-hit`)", measured, folder
     )
     plans = f"sqlite:///{folder / 'plans.db'}"
     for kind in ("hammer", "gun"):
         design = ("--kind", kind, "--runs", "6", "--repetitions", "5", "--seed", "1")
         run_python(*PYROSHOCK, "plan", "lhs", kind, *design, "--db", plans)
         run_python(*PYROSHOCK, "simulate", kind, "--out", folder / kind, "--db", plans)
-        yield _series_row(f"{kind}: as the virtual bench records it", folder / kind, folder)
+        yield _series_row(f"{kind}: simulated by the virtual bench", folder / kind, folder)
 
 
 def _series_row(kind: str, source: Path, folder: Path) -> Measured:
@@ -407,49 +407,48 @@ def _ingest(url: str, source: Path) -> tuple[float, float]:
     return seconds
 
 
-_PAGE = """## What was measured
+_PAGE = """## Set-up
 
-PostgreSQL {server} runs with its own settings, and the client runs on the same machine \
-({machine}). A time is the median (least to largest) of repeats in turn, all of them warm.
-The large store has {stores[1]}; the small one has {stores[0]}.
-The columns under {target} are extrapolated to {campaigns:,} campaigns of the same size. Room, and \
-times that grow with the store (growth over 2), follow the straight line through both stores. \
-Other times grow by the same factor once more.
+PostgreSQL {server} with its default settings runs on the same machine as the client ({machine}). \
+Times are the median (smallest to largest) of repeated questions in alternation, with warm caches.
+The large store has {stores[1]}; the small store has {stores[0]}.
+The columns of {target} are calculated for {campaigns:,} campaigns of the same size. Disk space, \
+and times that grow more than twofold, follow the straight line through both stores; the other \
+times grow once more by their measured factor.
 
 ## Questions
 
 {questions}
 
-These questions take more than {slow_s:g} s there:
+These questions take more than {slow_s:g} s at {target} impacts:
 
 {slow}
 
-## Room
+## Disk space
 
 {rooms}
 
-Raw series come on top:
+Raw series need additional space:
 
 {series}
 
-The table takes {frames_extra:.2g} % more than the frames in it, its key included.
+The table with its key takes {frames_extra:.2g} % more than its frames.
 
 ## Ingest
 
-A campaign has {impacts} impacts: ten in a MATLAB recording of 10 s with two channels at 51.2 kHz. \
-Each client extracts the pulses with `--jobs 1`:
+Each client ingests campaigns of {impacts} impacts (ten in a MATLAB recording of 10 s with two \
+channels at 51.2 kHz) with `--jobs 1` and extracts the pulses:
 
 {ingest}
 
-The large store takes {rate} times as many a second as the new one.
-An impact costs {processor} of the client's processor.
-{target} impacts cost {hours:.3g} hours of one processor, which several can share.
+The rate of the large store is {rate} times that of the new one.
+One impact takes {processor} of the client's processor time,
+and {target} impacts take {hours:.3g} hours, which several processors can share.
 
 ## Plans
 
-Each plan is that of a question's dearest statement in the large store, from the last step to the \
-first.
-A page has 8 kB.
+For each question over {slow_s:g} s, this is the plan of its slowest statement in the large \
+store, from the last step to the first. A page has 8 kB.
 {plans}
 """
 
@@ -486,15 +485,13 @@ def _questions(questions: Sequence[Measured], small: int, large: int) -> dict[st
             LARGE - SMALL
         )
         expected_s = on_line if grows else times[1].median * max(1.0, growth.median)
-        cells = [
-            f"{_duration(t.median)} ({_duration(t.low)} to {_duration(t.high)})" for t in times
-        ]
-        cells += [f"{growth.text()} times", _duration(expected_s), str(plan["statements"])]
+        cells = [_spread(t) for t in times]
+        cells += [f"{growth.median:.2f}", _duration(expected_s), str(plan["statements"])]
         rows.append(table_row(question["name"], *cells))
-        growing = "grows with the store" if grows else "does not grow with it"
-        slow += [(expected_s, f"- {question['name']}: {_duration(expected_s)}; {growing}")] * (
-            expected_s > _SLOW_S
-        )
+        if expected_s <= _SLOW_S:
+            continue
+        growing = "grows with the store" if grows else "does not grow with the store"
+        slow.append((expected_s, f"- {question['name']}: {_duration(expected_s)}; {growing}"))
         spent = f"{plan['milliseconds']:{'.3g' if plan['milliseconds'] < 999 else ',.0f'}}"
         plans += [
             f"\n{question['name']} (1 of {plan['statements']}, {spent} ms):\n",
@@ -502,9 +499,17 @@ def _questions(questions: Sequence[Measured], small: int, large: int) -> dict[st
             *plan["lines"],
             "```",
         ]
-    head = ("question", f"{small:,}", f"{large:,}", "growth", f"{TARGET:,}", "statements")
+    head = ("question", f"{small:,}", f"{large:,}", "growth factor", f"{TARGET:,}", "statements")
     slowest = "\n".join(line for _, line in sorted(slow, key=lambda pair: -pair[0]))
     return {"questions": table(head, rows), "slow": slowest, "plans": "\n".join(plans)}
+
+
+def _spread(spread: Spread) -> str:
+    factor, unit, digits = (1e3, "ms", ".0f") if spread.high < 1 else (1.0, "s", ".2g")
+    low, median, high = (
+        f"{factor * each:{digits}}" for each in (spread.low, spread.median, spread.high)
+    )
+    return f"{median} {unit} ({low} to {high})"
 
 
 def _duration(seconds: float) -> str:
@@ -529,8 +534,8 @@ def _rooms(rooms: Sequence[Measured], small: int, large: int) -> str:
                 )
             )
     sums = f"{total_bytes / 1e6:,.0f}", f"{total / TARGET:,.0f}", f"{total / 1e9:.3g}"
-    head = ("table", "index", f"{large:,}: MB", "bytes an impact", f"{TARGET:,}: GB")
-    return table(head, [*rows, table_row("all, without series", "", *sums)])
+    head = ("table", "index", f"{large:,}: MB", "bytes per impact", f"{TARGET:,}: GB")
+    return table(head, [*rows, table_row("all tables and indexes, without series", "", *sums)])
 
 
 def _series(kinds: Sequence[Measured], share: float) -> str:
@@ -541,7 +546,7 @@ def _series(kinds: Sequence[Measured], share: float) -> str:
         rate, samples = f"{kind['rate_hz'] / 1e3:.3g}", f"{kind['samples_per_impact']:,.0f}"
         rows.append(table_row(kind["kind"], rate, samples, room, f"{nbytes * TARGET / 1e12:.3g}"))
     return table(
-        ("recordings", "kHz", "samples an impact", "kB an impact", f"{TARGET:,}: TB"), rows
+        ("recordings", "kHz", "samples per impact", "kB per impact", f"{TARGET:,}: TB"), rows
     )
 
 
@@ -556,7 +561,7 @@ def _ingest_rates(ingest: Measured) -> str:
         table_row(n, store, rate.text(), f"{TARGET / rate.median / 3600:.3g}")
         for n, store, rate in rates
     )
-    return table(("clients", "store", "impacts a second", f"hours for {TARGET:,}"), rows)
+    return table(("clients", "store", "impacts per second", f"hours for {TARGET:,}"), rows)
 
 
 def write(measured: Measured) -> None:

@@ -27,14 +27,24 @@ if TYPE_CHECKING:
 
 #: One impact: the labels of `_COLUMNS`.
 Row = RowMapping
+#: What impacts have in common: the labels of `facts_of_campaigns`.
+Facts = dict[str, Any]
 #: Factors of a configuration: words (labels) and numbers (SI).
 Levels = tuple[dict[str, str], dict[str, float]]
 
 _CHUNK = 500  # SQLite allows a limited number of variables
 
-_COLUMNS = (
+#: Of a campaign and its bench.
+_BENCH_COLUMNS = (
     Campaign.name.label("campaign"),
     Campaign.kind.label("kind"),
+    Hammer.mass_kg.label("hammer_mass_kg"),
+    Plate.thickness_m.label("plate_thickness_m"),
+    Plate.outline_m.label("plate_outline_m"),
+    Material.name.label("bench_plate_material"),
+)
+_COLUMNS = (
+    *_BENCH_COLUMNS,
     Impact.id.label("impact_id"),
     Impact.run,
     Impact.repetition,
@@ -45,10 +55,6 @@ _COLUMNS = (
     Impact.velocity_source,
     Shot.measured_velocity_m_s,
     Shot.bullet_mass_kg,
-    Hammer.mass_kg.label("hammer_mass_kg"),
-    Plate.thickness_m.label("plate_thickness_m"),
-    Plate.outline_m.label("plate_outline_m"),
-    Material.name.label("bench_plate_material"),
     Recording.sha256.label("recording_sha256"),
     ExtractionSettingsRow.fingerprint.label("extraction"),
     ExtractionSettingsRow.settings.label("extraction_settings"),
@@ -84,6 +90,40 @@ def rows_of_campaigns(
     return _in_order(session, query)
 
 
+def facts_of_campaigns(session: Session, campaigns: Sequence[int]) -> list[tuple[Facts, int]]:
+    """What `case_of` asks of impacts with a pulse in use, of those alike together: one row for the
+    impacts of a configuration that have the same facts, and how many they are.
+
+    Of a number that differs from impact to impact the largest stands for all.
+
+    Parameters:
+        session: A session of the store.
+        campaigns: The keys of the campaigns.
+    """
+    numbers = (Impact.impact_velocity_m_s, Shot.measured_velocity_m_s, Shot.bullet_mass_kg)
+    benches = select(Campaign.id, *_BENCH_COLUMNS).where(Campaign.id.in_(campaigns))
+    bench_by_campaign = {row["id"]: row for row in session.execute(_with_bench(benches)).mappings()}
+    groups = (
+        select(
+            Impact.campaign_id,
+            Impact.configuration_id,
+            *(func.max(number).label(number.key) for number in numbers),
+            func.count(),
+        )
+        .join(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
+        .outerjoin(Shot, _SHOT_OF_IMPACT)
+        .where(Impact.campaign_id.in_(campaigns))
+        .group_by(
+            Impact.campaign_id, Impact.configuration_id, *(number.is_(None) for number in numbers)
+        )
+    )
+    names = ("configuration_id", *(number.key for number in numbers))
+    return [
+        ({**bench_by_campaign[campaign], **dict(zip(names, facts, strict=True))}, count)
+        for campaign, *facts, count in session.execute(groups)
+    ]
+
+
 def rows_of_snapshot(session: Session, snapshot: int) -> list[Row]:
     """The impacts of a snapshot with the pulses that it was frozen with, in use or not.
 
@@ -97,21 +137,29 @@ def rows_of_snapshot(session: Session, snapshot: int) -> list[Row]:
     return _in_order(session, frozen.where(SnapshotPulse.snapshot_id == snapshot))
 
 
+#: By the unique key, which has an index.
+_SHOT_OF_IMPACT = and_(
+    Shot.campaign_id == Impact.campaign_id,
+    Shot.run == Impact.run,
+    Shot.repetition == Impact.repetition,
+)
+
+
 def _joined(pulse: ColumnElement[bool]) -> Select[Any]:
-    shot = and_(
-        Shot.campaign_id == Impact.campaign_id,
-        Shot.run == Impact.run,
-        Shot.repetition == Impact.repetition,
-    )  # by the unique key, which has an index
-    return (
+    return _with_bench(
         select(*_COLUMNS)
         .select_from(Impact)
         .join(Campaign, Impact.campaign_id == Campaign.id)
         .outerjoin(Pulse, pulse)
         .outerjoin(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
         .outerjoin(Recording, Impact.recording_id == Recording.id)
-        .outerjoin(Shot, shot)
-        .outerjoin(Hammer, Campaign.hammer_id == Hammer.id)
+        .outerjoin(Shot, _SHOT_OF_IMPACT)
+    )
+
+
+def _with_bench(query: Select[Any]) -> Select[Any]:
+    return (
+        query.outerjoin(Hammer, Campaign.hammer_id == Hammer.id)
         .outerjoin(Plate, Campaign.plate_id == Plate.id)
         .outerjoin(Material, Plate.material_id == Material.id)
     )
@@ -182,12 +230,12 @@ def materials_of(session: Session) -> Materials:
     }
 
 
-def case_of(row: Row, levels: Levels) -> ImpactSource:
+def case_of(row: Row | Facts, levels: Levels) -> ImpactSource:
     """What an impact was made with. A bullet's speed is the laser's where the impact has none of
     its own.
 
     Parameters:
-        row: The impact, as `rows_of_campaigns` gives it.
+        row: The impact, as `rows_of_campaigns` or `facts_of_campaigns` gives it.
         levels: The factors of its configuration, from `levels_of`.
     """
     words, numbers = levels

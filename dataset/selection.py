@@ -33,7 +33,17 @@ from ..schema.recordings import QualityFinding, RecordedChannel
 from ..signals.channel import on_impactor
 from .build_table import Member, MissingError, member_of, table_of
 from .predictors import PredictorSet, shipped
-from .rows import Levels, Row, case_of, force_hashes, levels_of, materials_of, rows_of_campaigns
+from .rows import (
+    Facts,
+    Levels,
+    Row,
+    case_of,
+    facts_of_campaigns,
+    force_hashes,
+    levels_of,
+    materials_of,
+    rows_of_campaigns,
+)
 from .sources import (
     FACTOR,
     STATED_PLATE_MASS,
@@ -74,15 +84,14 @@ def missing_in_campaigns(
     Raises:
         LookupError: For an unknown campaign.
     """
-    rows = rows_of_campaigns(
-        session, [get_campaign_id(session, name) for name in sorted(set(campaigns))], None
-    )
-    levels = levels_of(session, (row["configuration_id"] for row in rows))
+    keys = [get_campaign_id(session, name) for name in sorted(set(campaigns))]
+    rows = facts_of_campaigns(session, keys)
+    levels = levels_of(session, (row["configuration_id"] for row, _ in rows))
     return missing_facts(rows, levels, predictors, materials_of(session))
 
 
 def missing_facts(
-    rows: Iterable[Row],
+    rows: Iterable[tuple[Row | Facts, int]],
     levels: Mapping[int, Levels],
     predictors: PredictorSet,
     materials: Materials,
@@ -91,15 +100,14 @@ def missing_facts(
     thing together.
 
     Parameters:
-        rows: The impacts, as `rows_of_campaigns` gives them.
+        rows: Impacts with a pulse, and how many each row stands for, as `facts_of_campaigns` gives
+            them.
         levels: The factors of each configuration, by its key (`levels_of`).
         predictors: What the impacts are asked for.
         materials: Properties of the store's materials by name.
     """
     counts: Counter[tuple[str, tuple[str, ...]]] = Counter()
-    for row in rows:
-        if row["pulse_id"] is None:
-            continue
+    for row, impacts in rows:
         case = case_of(row, levels[row["configuration_id"]])
         for predictor, source in zip(predictors.predictors, predictors.sources, strict=True):
             value = (
@@ -108,7 +116,7 @@ def missing_facts(
                 else read_number(source, case, materials)
             )
             if value is None:
-                counts[predictor.name, _remedies(source, case, row["kind"])] += 1
+                counts[predictor.name, _remedies(source, case, row["kind"])] += impacts
     order = [predictor.name for predictor in predictors.predictors]
     together: dict[tuple[int, tuple[str, ...]], list[str]] = {}
     for (name, remedies), count in sorted(counts.items(), key=lambda item: order.index(item[0][0])):
@@ -313,7 +321,8 @@ def select_pulses(
     members = _without_twins(members, force_hashes(session, keys), left_out)
     if not members:
         levels = levels_of(session, (row["configuration_id"] for row in rows))
-        facts = missing_words(missing_facts(rows, levels, chosen, materials))
+        extracted = ((row, 1) for row in rows if row["pulse_id"] is not None)
+        facts = missing_words(missing_facts(extracted, levels, chosen, materials))
         raise ValueError(
             f"no usable pulse in {', '.join(names)}: "
             f"{_reasons_text(left_out)}{facts and f'; {facts}'}"

@@ -6,7 +6,14 @@ from __future__ import annotations
 import json
 
 from pyroshock.dataset.predictors import shipped
-from pyroshock.dataset.selection import MissingFacts, missing_in_campaigns, missing_words
+from pyroshock.dataset.rows import levels_of, materials_of, rows_of_campaigns
+from pyroshock.dataset.selection import (
+    MissingFacts,
+    missing_facts,
+    missing_in_campaigns,
+    missing_words,
+)
+from pyroshock.schema.listings import get_campaign_id
 from support.records.campaigns import hammer_campaign, hammer_rows, write_runs
 from support.stores.stores import ingested, opened, pyroshock
 
@@ -45,6 +52,25 @@ def test_each_missing_fact_is_counted_with_its_place(sqlite_url, tmp_path):
     assert result.exit_code == 2
     assert "4 no boundary_conditions" in result.stderr
     assert "anvil_material in runs.csv; plate_material in runs.csv" in result.stderr
+
+
+def test_impacts_alike_are_counted_together_as_one_by_one(tables_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c")
+    rows = [{**row, **WHOLE} for row in hammer_rows()]
+    rows[0]["impact_velocity_m_s"] = rows[1]["impact_velocity_m_s"] = ""
+    write_runs(folder, [*rows[:3], {**rows[3], "boundary_conditions": "", "anvil_material": ""}])
+    ingested(tables_url, folder)
+    predictors = shipped("hammer")
+    with opened(tables_url) as store, store.reading() as session:
+        impacts = rows_of_campaigns(session, [get_campaign_id(session, "hammer")], None)
+        levels = levels_of(session, (impact["configuration_id"] for impact in impacts))
+        one_by_one = missing_facts(
+            ((impact, 1) for impact in impacts), levels, predictors, materials_of(session)
+        )
+        together = missing_in_campaigns(session, ["hammer"], predictors)
+    assert together == one_by_one
+    counts = {name: fact.impacts for fact in together for name in fact.predictors}
+    assert (counts["impact_velocity"], counts["boundary_conditions"]) == (2, 1)
 
 
 def test_one_message_at_the_ingest(sqlite_url, tmp_path):
