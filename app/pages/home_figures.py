@@ -51,11 +51,12 @@ def recordings_plot(session: Session) -> Plot | None:
     days = sorted(by_day)[-DAYS:]
     counts = {
         "accepted": [
-            sum(each.stored - each.rejected - each.warned for each in by_day[day]) for day in days
+            sum(quality.stored - quality.rejected - quality.warned for quality in by_day[day])
+            for day in days
         ],
-        "with warnings": [sum(each.warned for each in by_day[day]) for day in days],
-        "rejected": [sum(each.rejected for each in by_day[day]) for day in days],
-        "not readable": [sum(each.set_aside for each in by_day[day]) for day in days],
+        "with warnings": [sum(quality.warned for quality in by_day[day]) for day in days],
+        "rejected": [sum(quality.rejected for quality in by_day[day]) for day in days],
+        "not readable": [sum(quality.set_aside for quality in by_day[day]) for day in days],
     }
     roles = (ColourRole.AFTER, ColourRole.NOISE, ColourRole.BEFORE, ColourRole.QUIET)
     return _stacked(
