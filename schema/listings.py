@@ -275,6 +275,45 @@ def list_impacts_sorted(
     return [by_key[key] for key in keys[:limit]], len(keys) > limit
 
 
+#: Columns of the listing that are figures of a pulse or of a channel. Where none is asked for,
+#: these tables are not read to count impacts.
+_FIGURE_COLUMNS = {
+    name for name, column in IMPACT_COLUMNS.items() if column.class_ in (Pulse, ChannelFigures)
+}
+
+
+def count_impacts(
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    most: int,
+    until: int | None = None,
+) -> int:
+    """How many impacts a listing has, counted up to one more than `most`: beyond, a person asks for
+    no exact number, and the database reads no further.
+
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+        most: The largest number that is counted.
+        until: The last key that is counted; by default (None) there is none.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: As `iter_impacts`.
+    """
+    query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
+    if any(condition.field in _FIGURE_COLUMNS for condition in where):
+        query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
+    query, find_span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    span = find_span()
+    last = span.last if until is None else min(span.last, until)
+    keys = query.where(Impact.id.between(span.first, last)).limit(most + 1).subquery()
+    return session.scalars(select(func.count()).select_from(keys)).one()
+
+
 def _ordered(session: Session, query: Select[Any], column: str) -> tuple[Select[Any], list[Any]]:
     """The query with what the order needs, and the expressions of the order."""
     if column in IMPACT_COLUMNS:
@@ -404,6 +443,17 @@ def list_shots_page(
     """
     _check_limit(limit)
     return _page(iter_shots(session, campaign, where, limit + 1, after), limit)
+
+
+def impacts_of_shots(session: Session, shots: Sequence[int]) -> dict[int, int]:
+    """The impact of each of these shots that has one, by the shot's key.
+
+    Parameters:
+        session: A session of the store.
+        shots: The keys of the shots, a page of them.
+    """
+    rows = session.execute(select(Shot.id, Shot.impact_id).where(Shot.id.in_(shots)))
+    return {shot: impact for shot, impact in rows if impact is not None}
 
 
 def _check_limit(limit: int) -> None:

@@ -1,18 +1,23 @@
-"""The first page: what was recorded lately, what needs attention, what runs; of an empty store, the
-first steps."""
+"""The first page: four pictures of the laboratory, what needs attention, what runs, what was
+recorded lately; of an empty store, the first steps."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fastapi import APIRouter
+from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ..common.errors import is_for_the_user
 from ..common.model_registry import models_extra, registry_at
+from ..figures.figure import Plot
 from ..web.dependencies import Configured, OpenStore
 from ..web.rendering import page
+from .home_figures import gaps_plot, model_plot, plans_plot, recordings_plot
 from .overview import AttentionItem, list_attention, list_recent_campaigns, list_running
 
 if TYPE_CHECKING:
@@ -28,10 +33,69 @@ def home(request: Request, store: OpenStore, settings: Configured) -> Response:
         campaigns = list_recent_campaigns(session)
         attention = list_attention(session, versions)
         running = list_running(session)
+        pictures = _pictures(session, versions)
     if registry_fault:
         sentence = f"The registry of models cannot be read: {registry_fault}"
         attention.insert(0, AttentionItem(sentence, "/models", "See the models", True))
-    return page(request, "home.html", campaigns=campaigns, attention=attention, running=running)
+    return page(
+        request,
+        "home.html",
+        campaigns=campaigns,
+        attention=attention,
+        running=running,
+        pictures=pictures,
+    )
+
+
+@dataclass(frozen=True)
+class HomePicture:
+    """A picture of the first page: the page that says more, and what is said where there is
+    nothing to draw."""
+
+    id: str
+    plot: Plot | None
+    label: str
+    address: str
+    action: str
+    nothing: str
+
+
+def _pictures(session: Session, versions: Sequence[Version]) -> list[HomePicture]:
+    return [
+        HomePicture(
+            "recordings-by-day",
+            recordings_plot(session),
+            "Recordings of the newest days, by the worst finding of the quality checks",
+            "/campaigns",
+            "All campaigns",
+            "No campaign has recordings yet.",
+        ),
+        HomePicture(
+            "models-in-use",
+            model_plot(versions),
+            "Force error of the model in use and of its versions on the same pulses, with 90 % "
+            "intervals",
+            "/models",
+            "All models",
+            "No model is in use: predictions rest on the contact law.",
+        ),
+        HomePicture(
+            "errors-by-campaign",
+            gaps_plot(session),
+            "Error of the twin on each campaign, by its newest diagnosis",
+            "/diagnoses",
+            "All diagnoses",
+            "No campaign was diagnosed yet.",
+        ),
+        HomePicture(
+            "runs-by-plan",
+            plans_plot(session),
+            "Runs of each plan, unfinished plans first",
+            "/plans",
+            "All plans",
+            "There is no plan yet.",
+        ),
+    ]
 
 
 def _versions(db: str) -> tuple[list[Version], str]:

@@ -17,6 +17,8 @@ from ...schema.campaigns import Campaign
 from ...schema.conditions import QUALITIES, QUALITY, list_campaign_names
 from ...schema.impacts import Impact
 from ...schema.listings import (
+    count_impacts,
+    impacts_of_shots,
     list_impacts_page,
     list_impacts_sorted,
     list_levels,
@@ -35,6 +37,8 @@ from ..web.rendering import page, part, query
 
 router = APIRouter()
 PAGE = 100
+#: Impacts of a filter that are counted; of more it is said that they are more.
+COUNTED = 100_000
 Where = Annotated[list[str], Query(max_length=40)]
 Columns = Annotated[list[str], Query(max_length=60)]
 After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
@@ -71,6 +75,7 @@ def impacts(
     error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
     thumbnails: dict[int, list[float]] = {}
+    total = before = 0
     address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
     with store.reading() as session:
         campaigns, levels = list_campaign_names(session), list_levels(session)
@@ -91,6 +96,10 @@ def impacts(
             else:
                 rows, last = list_impacts_page(session, campaign or None, conditions, after, PAGE)
                 following = query({**address, "after": last}) if last else None
+            total = count_impacts(session, campaign or None, conditions, COUNTED)
+            before = offset
+            if after is not None:
+                before = count_impacts(session, campaign or None, conditions, COUNTED, after)
             thumbnails = list_thumbnails(session, [row["id"] for row in rows])
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
@@ -117,12 +126,25 @@ def impacts(
                 condition for condition in where if condition not in {menu.chosen for menu in menus}
             ],
             error=error,
+            position=_position(before, len(rows), total),
             sort=sort,
             sorts={name: _sorted_address(address, sort, name) for name in names},
             following=following or "",
             beginning=(query(address) or "/impacts") if after or offset else "",
             compared=query({"campaign": campaign, "where": where}),
         )
+
+
+def _position(before: int, shown: int, total: int) -> str:
+    """`Impacts 101 to 200 of 10,077`; a number beyond `COUNTED` is not exact."""
+    if not shown:
+        return ""
+    of = f"{total:,}" if total <= COUNTED else f"more than {COUNTED:,}"
+    if before > COUNTED:
+        return f"{shown} of {of} impacts, beyond the first {COUNTED:,}"
+    if shown == total:
+        return f"{total:,} impact{'s' if total > 1 else ''}"
+    return f"Impacts {before + 1:,} to {before + shown:,} of {of}"
 
 
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:
@@ -181,7 +203,11 @@ def shots(
             shot_rows, following = list_shots_page(
                 session, campaign or None, parse_where(tuple(where)), after, PAGE
             )
-            rows = [velocity_with_uncertainty(row) for row in with_predictions(session, shot_rows)]
+            impact_by_shot = impacts_of_shots(session, [row["id"] for row in shot_rows])
+            rows = [
+                _shot_row(row, impact_by_shot.get(row["id"]))
+                for row in with_predictions(session, shot_rows)
+            ]
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
     address = {"campaign": campaign, "where": where}
@@ -197,6 +223,12 @@ def shots(
         following=query({**address, "after": following}) if following else "",
         beginning=(query(address) or "/shots") if after else "",
     )
+
+
+def _shot_row(shot: Mapping[str, Any], impact: int | None) -> dict[str, Any]:
+    """A shot as a line of the table: its own number, then that of its impact, which may be none."""
+    rest = {name: value for name, value in shot.items() if name != "id"}
+    return {"shot": shot["id"], "impact": impact, **velocity_with_uncertainty(rest)}
 
 
 Ticked = Annotated[list[int], Form(max_length=PAGE)]

@@ -22,7 +22,7 @@ from ...schema.listings import list_pulses
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.filters import parse_where
-from ..common.quantities import display_of_unit, velocities_of
+from ..common.quantities import display_of_unit, velocities_of, velocity_with_uncertainty
 from ..figures.figure import Plot
 from ..operations.faults import read
 from ..operations.impacts.compared_spectra import COMPARE_SPECTRA, SpectrumComparing
@@ -72,7 +72,7 @@ def impact(
             request,
             "impact.html",
             impact=impact,
-            facts={key: value for key, value in impact_view.items() if key not in lists},
+            facts=_facts({key: value for key, value in impact_view.items() if key not in lists}),
             **{key: impact_view[key] for key in lists},
             signals=signals,
             figures=figures,
@@ -89,6 +89,11 @@ def impact(
             asked=extraction,
             points=POINTS,
         )
+
+
+def _facts(facts: dict[str, Any]) -> dict[str, Any]:
+    """The facts as the page lists them: a shot's velocity with its uncertainty."""
+    return velocity_with_uncertainty(facts) if "shot" in facts else facts
 
 
 def contact_span(impact_view: dict[str, Any]) -> tuple[float, float] | None:

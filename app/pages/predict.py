@@ -21,6 +21,7 @@ from ..doors.json_route import read_query
 from ..figures.page_renderer import figure_data
 from ..operations.form import texts_of
 from ..operations.predict.controls import VELOCITY_M_S, sliders
+from ..operations.predict.factors import registered_contact
 from ..operations.predict.figures import prediction_figures
 from ..operations.predict.nearest_shots import (
     measured_spectra,
@@ -31,10 +32,10 @@ from ..operations.predict.nearest_shots import (
     velocity_basis,
 )
 from ..operations.predict.predicting import predict_shot, prediction_json
-from ..operations.predict.request import TANK_PRESSURE_PA, PredictionRequest
+from ..operations.predict.request import TANK_PRESSURE_PA, PredictionRequest, ShotRequest
 from ..operations.predict.tables import quantity_rows
 from ..operations.predict.validity import field_warnings
-from ..twins.building import BuiltTwin
+from ..twins.building import PRIOR, BuiltTwin
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
 from ..web.page_sources import STORE_AND_MODELS
@@ -57,6 +58,7 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     with store.reading() as session:
         campaigns = _campaigns(session)
     controls = sliders(built)
+    question = _at_measured_shot(question, built, store)
     question, absent = _offered(_complete(question, built), controls)
     answer, why_not = _answer(twins, question, store)
     return page(
@@ -77,6 +79,25 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
         ),
         answer=answer,
         why_not=why_not,
+    )
+
+
+def _at_measured_shot(
+    question: PredictionRequest, built: BuiltTwin, store: Store
+) -> PredictionRequest:
+    """The shot that the page opens at: the measured one whose pressure, or velocity, is in the
+    middle of all. An address that says something of the shot, and a bench without shots, keep the
+    question as it is."""
+    if question.model_fields_set & ShotRequest.model_fields.keys():
+        return question
+    driven_by = "tank_pressure_pa" if built.bench.has_gun else "impact_velocity_m_s"
+    measured = [shot.setting for shot in shots_of(store, built) if driven_by in shot.setting]
+    if not measured:
+        return question
+    measured.sort(key=lambda setting: setting[driven_by])
+    middle = measured[len(measured) // 2]
+    return question.model_copy(
+        update={name: value for name, value in middle.items() if name in ShotRequest.model_fields}
     )
 
 
@@ -155,9 +176,22 @@ def answered(twins: TwinCache, question: PredictionRequest, store: Store) -> dic
         "nearest": nearest_rows(wanted, near),
         "basis": str(velocity_basis(built, prediction.setting.tank_pressure_pa) or ""),
         "beside": field_warnings(prediction),
-        "link": "/twin" + query(texts_of(question)),
+        "link": "/twin" + query(texts_of(_pinned(question, built))),
         "seconds": time.perf_counter() - begun,
     }
+
+
+def _pinned(question: PredictionRequest, built: BuiltTwin) -> PredictionRequest:
+    """The question with the campaign and the contact that answered it: a newer campaign, or another
+    model in use, does not change what its address shows."""
+    contact = registered_contact(built)
+    answering = PRIOR if contact is None else contact.registered.version.label
+    return question.model_copy(
+        update={
+            "campaign": question.campaign or built.bench.campaign,
+            "contact": question.contact or answering,
+        }
+    )
 
 
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def list_diagnoses(
     if after is not None:
         query = query.where(Diagnosis.id < after)
     rows = session.execute(query.order_by(Diagnosis.id.desc()).limit(limit)).all()
-    adopted = _adopted(session, [row.id for row, _, _ in rows])
+    adopted = adopted_words(session, [row.id for row, _, _ in rows])
     return [
         {
             **_first_answer(row),
@@ -70,7 +70,7 @@ def _first_answer(row: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
+def adopted_words(session: Session, keys: Iterable[int]) -> dict[int, str]:
     """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where
     there are several."""
     query = (

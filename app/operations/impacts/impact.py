@@ -9,11 +9,12 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from ....schema.column_kinds import NUMBER, kind_of
-from ....schema.impacts import ChannelFigures, Impact, Pulse, velocity_kind
-from ....schema.listings import Condition, iter_impacts
+from ....schema.impacts import ChannelFigures, Impact, Pulse, Shot, velocity_kind
+from ....schema.listings import Condition, iter_impacts, iter_shots
 from ....schema.provenance import Provenance
 from ....schema.recordings import VALVE_OPENING, QualityFinding, RecordedChannel, Recording
 from ....schema.tables import metadata
+from ...common.nominal_velocity import with_predictions
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -25,6 +26,15 @@ PULSE_FIGURES = (
         "samples_in_contact",
         "spline_nrmse",
     ),
+)
+
+#: Figures of a gun's shot that its impact shows, SI.
+SHOT_FIGURES = (
+    "tank_pressure_pa",
+    "bullet_mass_kg",
+    "measured_velocity_m_s",
+    "measured_velocity_u_m_s",
+    "predicted_velocity_m_s",
 )
 
 
@@ -40,11 +50,23 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         "velocity_source": impact.velocity_source,
         "velocity_kind": velocity_kind(impact.velocity_source),
         "recording": impact.recording.path if impact.recording else None,
+        **_shot(session, key),
         "pulses": [_pulse(session, pulse) for pulse in pulses],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),
         "findings": _findings(session, impact),
         "channels": _channels(impact),
     }
+
+
+def _shot(session: Session, impact: int) -> dict[str, Any]:
+    """The shot of a gun's impact: its number, pressure and mass, its velocity before the contact
+    and that of the nominal gun; nothing for other impacts."""
+    shot = session.scalar(select(Shot.id).where(Shot.impact_id == impact))
+    if shot is None:
+        return {}
+    rows = iter_shots(session, where=(Condition("id", "=", shot),))
+    (row,) = with_predictions(session, rows)
+    return {"shot": shot, **{name: row[name] for name in SHOT_FIGURES}}
 
 
 def get_impact(session: Session, key: int) -> Impact:

@@ -139,11 +139,48 @@ const pyroshock = (() => {
       }),
     );
   };
+  // The address holds what each chart is zoomed to and which curves are hidden, so that a link shows
+  // what is seen: `spectra.x=100~2000&spectra.hide=shot+2`, by the id of the chart.
+  const held = () =>
+    new URLSearchParams(location.hash.includes("=") ? location.hash.slice(1) : "");
+  const hold = (id, chart) => {
+    const address = held();
+    ["x", "y"].forEach((key) => {
+      const ends = chart.view[key];
+      if (ends)
+        address.set(`${id}.${key}`, ends.map((end) => Number(end.toPrecision(7))).join("~"));
+      else address.delete(`${id}.${key}`);
+    });
+    address.delete(`${id}.hide`);
+    const usual = chart.hiddenAtFirst(),
+      names = [...chart.hidden];
+    if (names.length !== usual.size || names.some((name) => !usual.has(name)))
+      (names.length ? names : [""]).forEach((name) => address.append(`${id}.hide`, name));
+    const text = address.toString();
+    history.replaceState(
+      history.state,
+      "",
+      text ? `#${text}` : location.pathname + location.search,
+    );
+  };
+  const restore = (id, chart) => {
+    const address = held(),
+      view = {};
+    ["x", "y"].forEach((key) => {
+      const ends = (address.get(`${id}.${key}`) || "").split("~").map(Number);
+      if (ends.length === 2 && ends.every(Number.isFinite) && ends[0] < ends[1]) view[key] = ends;
+    });
+    if (address.has(`${id}.hide`))
+      chart.hide(address.getAll(`${id}.hide`).filter((name) => chart.figure.legend.includes(name)));
+    if (Object.keys(view).length) chart.zoom(view);
+  };
   const draw = (element, figure) => {
     if (!element.chart) {
       element.chart = new PyroshockChart(element);
       tools(element);
       link(element);
+      const box = element.closest("figure");
+      if (box && box.id) element.addEventListener("viewed", () => hold(box.id, element.chart));
     }
     element.chart.show(figure);
   };
@@ -154,6 +191,12 @@ const pyroshock = (() => {
       else element.dataset.drawn = "none";
     });
   document.addEventListener("DOMContentLoaded", drawAll);
+  // Whoever listens to zooms has begun to by then.
+  window.addEventListener("load", () =>
+    document.querySelectorAll("figure[id] [data-figure]").forEach((element) => {
+      if (element.chart) restore(element.closest("figure").id, element.chart);
+    }),
+  );
   // A write as a script sends it, with the token that the page carries.
   const token = () => (document.querySelector('input[name="csrf"]') || {}).value || "";
   const asked = async (address, body) => {

@@ -61,10 +61,8 @@ const PyroshockChart = (() => {
     show(figure) {
       const names = (one) => JSON.stringify([one.legend, one.x.heading, one.y.heading]);
       if (!this.figure || names(this.figure) !== names(figure)) {
-        const visible = new Set(figure.series.filter((own) => !own.hidden).map((own) => own.name));
-        this.hidden = new Set(
-          figure.series.filter((own) => own.name && !visible.has(own.name)).map((own) => own.name),
-        );
+        this.figure = figure;
+        this.hidden = this.hiddenAtFirst();
         this.view = { x: null, y: null };
       }
       this.figure = figure;
@@ -75,6 +73,19 @@ const PyroshockChart = (() => {
       this.element.dataset.drawn = "yes";
     }
 
+    // Entries of the legend of which the figure hides every series until they are chosen.
+    hiddenAtFirst() {
+      const { series } = this.figure,
+        visible = new Set(series.filter((own) => !own.hidden).map((own) => own.name));
+      return new Set(
+        series.filter((own) => own.name && !visible.has(own.name)).map((own) => own.name),
+      );
+    }
+    // Shows the entries of the legend but for these names.
+    hide(names) {
+      this.hidden = new Set(names);
+      this.pressed();
+    }
     shown() {
       return this.figure.series.filter((own) => !this.hidden.has(own.name));
     }
@@ -85,10 +96,12 @@ const PyroshockChart = (() => {
       return { x: [...this.limits("x")], y: [...this.limits("y")] };
     }
 
-    // Zoom to ends of the axes, null for everything; whoever listens is told ("zoomed").
+    // Zoom to ends of the axes, null for everything. Whoever listens is told of another stretch of x
+    // ("zoomed"), and of any other view, entries of the legend included ("viewed").
     zoom(view) {
       this.view = { ...this.view, ...view };
       this.paint();
+      this.element.dispatchEvent(new CustomEvent("viewed"));
       if ("x" in view)
         this.element.dispatchEvent(new CustomEvent("zoomed", { detail: this.view.x }));
     }
@@ -148,6 +161,7 @@ const PyroshockChart = (() => {
         button.setAttribute("aria-pressed", String(!this.hidden.has(this.figure.legend[i]))),
       );
       this.paint();
+      this.element.dispatchEvent(new CustomEvent("viewed"));
     }
 
     swatch(name, x = 0, y = 0) {

@@ -71,11 +71,10 @@ const pyroshockMarks = (() => {
       const inside = (values) =>
         values.filter((value) => value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9));
       const fine = inside(decades.flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k)));
-      if (fine.length <= most && fine.length < 7) {
-        if (fine.length > 1) return fine.map((value) => [value, words(value)]);
-      } else {
-        const powers = inside(decades.map((k) => 10 ** k)),
-          step = Math.ceil(powers.length / most);
+      const powers = inside(decades.map((k) => 10 ** k));
+      const few = fine.length <= most && fine.length < 7;
+      if (powers.length > 1 && !few) {
+        const step = Math.ceil(powers.length / most);
         return powers
           .filter((_, i) => i % step === 0)
           .map((value) =>
@@ -84,19 +83,30 @@ const pyroshockMarks = (() => {
               : named(value),
           );
       }
+      if (fine.length > 1) {
+        const step = few ? 1 : Math.ceil(fine.length / Math.max(2, most));
+        return fine.filter((_, i) => i % step === 0).map((value) => [value, words(value)]);
+      }
     }
-    const rough = (high - low) / Math.max(1, most);
-    let step = 10 ** Math.floor(Math.log10(rough));
-    step *= [1, 2, 5, 10].find((k) => k * step >= rough * (1 - 1e-9));
-    if (axis.whole) step = Math.max(1, Math.round(step));
-    const digits = Math.max(
-      4,
-      Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step)) + 2,
-    );
-    const ticks = [];
-    for (let k = Math.ceil(low / step - 1e-9); k <= Math.floor(high / step + 1e-9); k += 1)
-      ticks.push([k * step, words(k * step, digits)]);
-    return ticks;
+    const rough = (high - low) / Math.max(1, most),
+      power = 10 ** Math.floor(Math.log10(rough)),
+      at = [1, 2, 5, 10].findIndex((k) => k * power >= rough * (1 - 1e-9));
+    const even = (step) => {
+      const digits = Math.max(
+          4,
+          Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step)) + 2,
+        ),
+        ticks = [];
+      for (let k = Math.ceil(low / step - 1e-9); k <= Math.floor(high / step + 1e-9); k += 1)
+        ticks.push([k * step, words(k * step, digits)]);
+      return ticks;
+    };
+    const wholly = (step) => (axis.whole ? Math.max(1, Math.round(step)) : step);
+    const ticks = even(wholly([1, 2, 5, 10][at] * power));
+    if (ticks.length > 1) return ticks;
+    // One number says nothing of how far another is away: the next finer step has two at least.
+    const finer = even(wholly([0.5, 1, 2, 5][at] * power));
+    return finer.length > most + 1 ? finer.filter((_, i) => i % 2 === 0) : finer;
   };
 
   const point = (x, y) => `${x.toFixed(1)} ${y.toFixed(1)}`;

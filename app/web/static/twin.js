@@ -59,7 +59,7 @@ document.addEventListener("DOMContentLoaded", () => {
       warning.hidden = !warning.textContent;
     });
     of("link").href = answer.link;
-    history.replaceState(null, "", answer.link);
+    history.replaceState(null, "", answer.link + location.hash);
   };
   let busy = false, again = false, answers = 0;
   const ask = async () => {

@@ -193,3 +193,66 @@ def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
         ]
         found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
         assert few == [api_row["id"] for api_row in found] and 0 < len(few) < every
+
+
+TICKS = """axes => axes.map(([scale, low, high, most]) =>
+    pyroshockMarks.ticksOf({categories: [], scale}, low, high, most))"""
+
+
+def test_an_axis_names_two_numbers_at_least_however_far_one_zooms(browser, lab):
+    """2,000 random spans, of a thousandth of a decade to eight decades, on narrow and wide axes."""
+    rng = np.random.default_rng(5)
+    low = 10 ** rng.uniform(-3, 4, 2000)
+    high = low * 10 ** (10 ** rng.uniform(-3, 0.9, 2000))
+    axes = [
+        (("log", "linear")[i % 2], float(low[i]), float(high[i]), float(rng.uniform(2, 10)))
+        for i in range(2000)
+    ]
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{hit(lab)}")
+        for (scale, begin, end, most), ticks in zip(axes, page.evaluate(TICKS, axes), strict=True):
+            values, names = zip(*ticks, strict=True)
+            assert len(ticks) >= 2, (scale, begin, end, most)
+            assert len(ticks) <= max(2 * most, 6), (scale, begin, end, most)
+            assert begin * (1 - 1e-9) <= min(values) and max(values) <= end * (1 + 1e-9)
+            assert len(set(names)) == len(names)
+
+
+def test_the_address_holds_the_view_of_a_chart(browser, lab):
+    """Zoom by keys and hide an entry of the legend; whoever opens the address sees the same."""
+    range_of = "() => document.querySelector('#segmentation .plot').chart.range"
+    entries = "#segmentation .legend button"
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{hit(lab)}")
+        whole = page.evaluate(range_of)
+        page.focus("#segmentation .canvas")
+        page.keyboard.press("+")
+        page.keyboard.press("Shift+ArrowLeft")
+        page.locator(entries).first.click()
+        zoomed, address = page.evaluate(range_of), page.url
+        assert zoomed != whole and "segmentation.x=" in address and "segmentation.hide=" in address
+        hidden = page.locator(entries).first.inner_text()
+        page.goto("about:blank")
+        page.goto(address)
+        wait_drawn(page)
+        again = page.evaluate(range_of)
+        for key in ("x", "y"):
+            assert again[key] == pytest.approx(zoomed[key], rel=1e-5, abs=1e-9)
+        assert page.get_attribute(entries, "aria-pressed") == "false"
+        assert page.locator(entries).first.inner_text() == hidden
+        page.focus("#segmentation .canvas")
+        page.keyboard.press("0")
+        page.locator(entries).first.click()
+        assert "#" not in page.url and page.evaluate(range_of) == whole
+
+
+def test_an_address_that_holds_nonsense_shows_the_usual_view(browser, lab):
+    range_of = "() => document.querySelector('#segmentation .plot').chart.range"
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{hit(lab)}")
+        whole = page.evaluate(range_of)
+        for text in ("segmentation.x=1", "segmentation.x=9~1", "segmentation.x=a~b", "other.x=1~2"):
+            at(page, f"/impacts/{hit(lab)}#{text}")
+            page.reload()
+            wait_drawn(page)
+            assert page.evaluate(range_of) == whole

@@ -7,11 +7,15 @@ import statistics
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.impacts import Shot
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import RestsOn
+from sqlalchemy import select
 from support.processes.browsers import (
     SLOW,
     asked,
@@ -135,7 +139,9 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
         assert not page.locator("#tank_pressure_pa-warning").is_visible()
         for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft", "ArrowLeft"):
             moved(page, "tank_pressure_pa", key)
-            api = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
+            # The address names the prior; the page has it because no model is in use, and says so.
+            named = page.url.split("?", 1)[1].split("&")
+            api = asked(page, f"/api/predict?{'&'.join(set(named) - {'contact=prior'})}")
             assert page.locator("#rests-on").inner_text() == api["rests_on"]["sentence"]
             assert page.locator("#warnings li").all_inner_texts() == api["warnings"]
             assert (
@@ -311,3 +317,19 @@ def test_uploaded_spectrum_is_tuned_to(browser, lab):
         wait_drawn(page)
         mass = proposals[0]["settings"]["bullet_mass_kg"]
         assert float(page.input_value("#bullet_mass_kg")) == pytest.approx(mass, abs=0.006)
+
+
+def test_the_twin_opens_at_a_measured_shot_and_its_link_holds_campaign_and_contact(browser, lab):
+    with lab.reading() as session:
+        query = select(Shot.tank_pressure_pa).join(Campaign, Shot.campaign_id == Campaign.id)
+        measured = sorted(session.scalars(query.where(Campaign.name == "rehearsal")))
+    with page_of(browser, lab) as page:
+        at(page, "/twin?campaign=rehearsal")
+        link = parse_qs(urlsplit(page.get_attribute("#link", "href")).query)
+        assert float(link["tank_pressure_pa"][0]) == measured[len(measured) // 2]
+        assert (link["campaign"], link["contact"]) == (["rehearsal"], ["prior"])
+        numbers = page.locator("#numbers tbody tr").all_inner_texts()
+        box = page.locator("#warnings").bounding_box()
+        assert box is None or box["y"] < page.locator("#numbers").bounding_box()["y"]
+        at(page, page.get_attribute("#link", "href"))
+        assert page.locator("#numbers tbody tr").all_inner_texts() == numbers

@@ -4,18 +4,23 @@ runs."""
 from __future__ import annotations
 
 import datetime as dt
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from pyroshock.app.common.model_registry import registry_at
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.operations.plan.planning import make_plan
+from pyroshock.app.pages.home_figures import gaps_plot, model_plot, plans_plot, recordings_plot
 from pyroshock.app.pages.overview import list_attention, list_recent_campaigns, list_running
 from pyroshock.dataset.catalog import list_snapshots
+from pyroshock.schema.campaigns import Plan, PlannedRun
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, FAILED, Job
 from pyroshock.schema.recordings import SET_ASIDE, QualityFinding, Recording
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
+from support.checks.well_formed import Page
 from support.processes.odd_jobs import claimed
 from support.processes.web_client import sqlite, window
 from support.stores.planned_runs import find_fault, record_run
@@ -161,3 +166,68 @@ def test_a_registry_that_cannot_be_read_is_told_and_hides_nothing(
         and "the registry is of another version" in page.text
         and HAMMER in page.text
     )
+
+
+def bars(plot: Any) -> dict[str, list[float]]:
+    """The lengths of the bars of each entry of the legend."""
+    return {
+        own.name: (own.end - (0.0 if own.base is None else own.base)).tolist()
+        for own in plot.series
+    }
+
+
+def test_the_pictures_show_what_is_stored(filled: Lab) -> None:
+    """Recordings, runs and the error of a diagnosis, counted by other queries."""
+    with filled.store.reading() as session:
+        recordings = session.scalar(select(func.count()).select_from(Recording))
+        runs = session.scalar(
+            select(func.count())
+            .select_from(PlannedRun)
+            .join(Plan, PlannedRun.plan_id == Plan.id)
+            .where(Plan.name == PLAN)
+        )
+        report = session.scalars(
+            select(Diagnosis.report).order_by(Diagnosis.id.desc()).limit(1)
+        ).one()
+        by_day, plans, gaps = (plot(session) for plot in (recordings_plot, plans_plot, gaps_plot))
+    assert sum(sum(counts) for counts in bars(by_day).values()) == recordings > 0
+    place = plans.y.categories.index(PLAN)
+    assert sum(counts[place] for counts in bars(plans).values()) == runs > 0
+    tolerance = report["gap"]["tolerance"]
+    assert gaps.y.categories[0].startswith(GUN)
+    assert bars(gaps)["without effects"][0] == pytest.approx(report["gap"]["before"] / tolerance)
+    assert bars(gaps)["with the effects found"][0] == pytest.approx(
+        report["shrinkage"][0]["after"] / tolerance
+    )
+    page = Page(filled.client.get("/").text)
+    ids = {attributes.get("id") for _, attributes in page.elements}
+    assert {"recordings-by-day", "models-in-use", "errors-by-campaign", "runs-by-plan"} <= ids
+
+
+def test_the_picture_of_models_shows_versions_of_the_same_pulses_alone(filled: Lab) -> None:
+    registry = registry_at(filled.db)
+    assert registry is not None
+    linear, tree = (
+        next(version for version in registry.versions() if version.name == name)
+        for name in ("linear", "tree")
+    )
+    assert model_plot([linear, tree]) is None
+    other = replace(linear.dataset, hash="0" * 64)
+    versions = [
+        replace(linear, version=2, champion_of="hammer"),
+        replace(linear, version=1),
+        replace(linear, version=3, dataset=other),
+        tree,
+    ]
+    plot: Any = model_plot(versions)
+    assert plot.y.categories == ("linear@1", "linear@2, hammer")
+    in_use = next(own for own in plot.series if own.name == "in use")
+    error = linear.metrics["force_nrmse"]
+    assert (in_use.y.tolist(), in_use.x.tolist()) == ([1.0], [pytest.approx(100 * error.mean)])
+    assert in_use.x_low.tolist() == [pytest.approx(100 * error.low)]
+
+
+def test_pictures_of_a_store_without_them_say_so(empty: Lab) -> None:
+    with empty.store.reading() as session:
+        assert [plot(session) for plot in (recordings_plot, plans_plot, gaps_plot)] == [None] * 3
+    assert model_plot([]) is None

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
+import shutil
+from collections import Counter
+from pathlib import Path
 
 import pytest
 from pyroshock.app.pages.impact_lists import thumbnail_points
 from pyroshock.dataset.snapshot import read_snapshot
-from pyroshock.schema.impacts import Impact
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.listings import iter_impacts
 from sqlalchemy import func, select
 from support.checks.well_formed import Page
 from support.processes.web_client import post
 from support.stores.web_stores import HAMMER, Lab
 
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 pytestmark = pytest.mark.timeout(600)
 
 
@@ -27,6 +32,69 @@ def shown(lab: Lab, address: str) -> list[int]:
 def stored(lab: Lab) -> list[dict]:
     with lab.store.reading() as session:
         return list(iter_impacts(session))
+
+
+def test_a_list_says_how_many_impacts_match_and_which_of_them_it_shows(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyroshock.app.pages.impact_lists.PAGE", 6)
+    materials = Counter(row["tip_material"] for row in stored(filled) if "tip_material" in row)
+    ((material, count),) = materials.most_common(1)
+
+    def positions(address: str) -> list[str]:
+        said = []
+        while address:
+            text = filled.client.get(address).text
+            said += re.findall(r'id="position">(.*?)</p>', text)
+            following = re.search(r'rel="next"[^>]* href="([^"]*)"', text)
+            address = f"/impacts{following[1]}".replace("&amp;", "&") if following else ""
+        return said
+
+    for sort in ("", "&sort=-peak_force_n"):
+        said = positions(f"/impacts?campaign=&where=tip_material={material}{sort}")
+        pages = [(first, min(first + 5, count)) for first in range(1, count + 1, 6)]
+        assert len(pages) > 1
+        assert said == [f"Impacts {first} to {last} of {count}" for first, last in pages]
+    assert positions("/impacts?campaign=modal-hammer-hit") == ["1 impact"]
+    monkeypatch.setattr("pyroshock.app.pages.impact_lists.COUNTED", 8)
+    assert positions("/impacts")[:3] == [
+        "Impacts 1 to 6 of more than 8",
+        "Impacts 7 to 12 of more than 8",
+        "6 of more than 8 impacts, beyond the first 8",
+    ]
+
+
+def test_a_shot_leads_to_its_impact_which_shows_the_velocity_of_the_shot(
+    empty: Lab, tmp_path: Path
+) -> None:
+    """Five shots without recordings come first, so that shots and impacts have other numbers."""
+    folder = tmp_path / "two"
+    shutil.copytree(EXAMPLES / "rehearsal", folder)
+    lines = (folder / "runs.csv").read_text(encoding="utf-8").splitlines()
+    (folder / "runs.csv").write_text("\n".join(lines[:3]) + "\n", encoding="utf-8")
+    for path in (EXAMPLES / "first-shots", folder):
+        ingest_folder(empty.store, path, jobs=1)
+    with empty.store.reading() as session:
+        shots = {shot.id: shot for shot in session.scalars(select(Shot)) if shot.impact_id}
+        impacts = {shot.id: shot.impact_id for shot in shots.values()}
+        velocities = {
+            shot.impact_id: (shot.measured_velocity_m_s, shot.measured_velocity_u_m_s)
+            for shot in shots.values()
+        }
+    assert len(impacts) == 2 and set(impacts) != set(impacts.values())
+    page = empty.client.get("/shots").text
+    rows = re.findall(r'<tr><td class="number">(\d+)</td><td class="[^"]*">(.*?)</td>', page)
+    links = {int(shot): re.findall(r"/impacts/(\d+)", impact) for shot, impact in rows}
+    assert len(links) == 7
+    for shot, link in links.items():
+        assert link == ([str(impacts[shot])] if shot in impacts else [])
+    for impact, (velocity, uncertainty) in velocities.items():
+        text = empty.client.get(f"/impacts/{impact}").text
+        facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", text))
+        measured, spread = map(float, facts["measured velocity (m/s)"].split(" ± "))
+        assert measured == pytest.approx(velocity, abs=uncertainty)
+        assert spread == pytest.approx(uncertainty, rel=0.1)
+        assert float(facts["velocity of the model (m/s)"]) > 0
 
 
 @pytest.mark.parametrize(
