@@ -14,7 +14,6 @@ from ....schema.listings import Condition, iter_impacts, iter_shots
 from ....schema.provenance import Provenance
 from ....schema.recordings import VALVE_OPENING, QualityFinding, RecordedChannel, Recording
 from ....schema.tables import metadata
-from ...common.nominal_velocity import with_predictions
 
 #: Figures of a pulse, SI with the unit in the name.
 PULSE_FIGURES = (
@@ -64,6 +63,8 @@ def _shot(session: Session, impact: int) -> dict[str, Any]:
     shot = session.scalar(select(Shot.id).where(Shot.impact_id == impact))
     if shot is None:
         return {}
+    from ...common.nominal_velocity import with_predictions  # NumPy, for impacts of a gun alone
+
     rows = iter_shots(session, where=(Condition("id", "=", shot),))
     (row,) = with_predictions(session, rows)
     return {"shot": shot, **{name: row[name] for name in SHOT_FIGURES}}
