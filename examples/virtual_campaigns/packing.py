@@ -1,7 +1,6 @@
 """Recordings of the virtual bench, stored small: the part around the impact, in steps of 16 bits.
 
-A step is at most twice the noise of its sensor, and at most the last bit of a 16-bit recorder over
-the sensor's range, except of the accelerometers, where it is three.
+A step is at most twice the noise of its sensor (one standard deviation).
 """
 
 from __future__ import annotations

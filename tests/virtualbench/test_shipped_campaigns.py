@@ -19,6 +19,7 @@ from pyroshock.doe.plans import StoredPlan
 from pyroshock.examples.virtual_campaigns.packing import AFTER_IMPACT_S, FROM_S, step_of, unpacked
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Pulse
+from pyroshock.virtualbench.campaigns.gun import SENSORS
 from pyroshock.virtualbench.recorder import open_seal
 from sqlalchemy import select
 from support.stores.stores import opened
@@ -52,6 +53,11 @@ def test_rows_are_those_of_the_plan(campaign, tmp_path):
     assert {row["recording"] for row in rows} == {
         f"recordings/{path.name}" for path in recordings.iterdir()
     }
+
+
+def test_a_step_is_at_most_twice_the_noise_of_its_sensor():
+    for sensor in SENSORS:
+        assert 0 < step_of(sensor.name) <= 2 * sensor.noise
 
 
 @CAMPAIGNS
