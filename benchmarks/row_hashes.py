@@ -87,7 +87,8 @@ def without_hashes() -> None:
     for table in metadata.tables.values():
         if ROW_SHA256 in table.columns:
             table.columns[ROW_SHA256].default = table.columns[ROW_SHA256].onupdate = None
-    # Each has the function under a name of its own, which it does not offer to others.
+    # Each has the function under a name of its own, which it does not offer to others: the checker
+    # of types is told so.
     for module in (session, series):
         module.hash_of_new = lambda *_: None  # type: ignore[attr-defined]
 

@@ -196,12 +196,12 @@ def _virtual_campaign(story: _Story) -> None:
         if result.repeat
         else ""
     )
-    fired = REHEARSAL.fired_runs
+    fired_count = REHEARSAL.fired_runs
     story.tell(
         f"The software plans {result.planned} runs for the virtual bench. It ships the recordings "
-        f"of {result.planned - fired} of them, and fires the other {fired} now. It ingests all "
-        f"recordings and links them to the plan: {result.done} of {result.planned} runs are done"
-        f"{repeats}."
+        f"of {result.planned - fired_count} of them, and fires the other {fired_count} now. It "
+        f"ingests all recordings and links them to the plan: {result.done} of {result.planned} "
+        f"runs are done{repeats}."
     )
     story.tell(
         f"The shots have {result.median_ratio:.2f} times the velocity of the nominal gun (median): "

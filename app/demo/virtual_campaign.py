@@ -126,21 +126,23 @@ def fire_campaign(
     """Plan a campaign, ingest its recordings that ship, and simulate and ingest the others into
     `folder`; what is there already is not made again."""
     plan = make_campaign_plan(store, campaign)
-    shipped, fired = (len(runs(plan)) for runs in (campaign.shipped_runs, campaign.open_runs))
+    shipped_count, fired_count = (
+        len(runs(plan)) for runs in (campaign.shipped_runs, campaign.open_runs)
+    )
     phases = Phases(
         step,
         {
-            "ingesting": _INGEST_S * shipped,
-            "simulating": _SIMULATION_S * fired,
-            "ingesting the shots": _INGEST_S * fired,
+            "ingesting": _INGEST_S * shipped_count,
+            "simulating": _SIMULATION_S * fired_count,
+            "ingesting the shots": _INGEST_S * fired_count,
         },
     )
     with as_file(files("pyroshock") / "examples" / campaign.name) as place:
         report = ingest_folder(store, place, progress=phases.of("ingesting"))
-    if fired:
+    if fired_count:
         if not (folder / "campaign.toml").is_file():
             simulating = phases.of("simulating")
-            simulating(0, fired, "solving the plate")
+            simulating(0, fired_count, "solving the plate")
             simulate_runs(plan, campaign, campaign.open_runs(plan), folder, simulating)
         report = ingest_folder(store, folder, progress=phases.of("ingesting the shots"))
     link_campaign(store, campaign.name, campaign.name)

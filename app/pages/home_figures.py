@@ -98,16 +98,16 @@ def _stacked(
     """Horizontal bars of whole numbers, one part after the other; parts that are nowhere are left
     out."""
     position = np.arange(len(categories), dtype=np.float64)
-    base, bars = np.zeros(len(categories)), []
+    starts, bars = np.zeros(len(categories)), []
     for name, (values, role) in counts.items():
         if not any(values):
             continue
-        end = base + np.asarray(values, dtype=np.float64)
+        ends = starts + np.asarray(values, dtype=np.float64)
         labels = tuple(f"{value} {name}" for value in values)
         bars.append(
-            BarSeries(position, end, base, name=name, horizontal=True, labels=labels, role=role)
+            BarSeries(position, ends, starts, name=name, horizontal=True, labels=labels, role=role)
         )
-        base = end
+        starts = ends
     names = PlotAxis(quantity, categories=categories, reversed=True)
     axis = PlotAxis(counted, "1", from_zero=True, whole=True)
     height = _AXES_PX + _ROW_PX * len(categories)
@@ -121,15 +121,16 @@ def model_plot(versions: Sequence[Version]) -> Plot | None:
     for champion in versions:
         if champion.champion_of is None:
             continue
-        alike = [
+        comparable_versions = [
             version
             for version in versions
             if version.name == champion.name
             and (version.dataset.hash, version.split) == (champion.dataset.hash, champion.split)
         ]
-        alike.sort(key=lambda version: version.version)
-        place = alike.index(champion)
-        rows += alike[max(0, min(place, len(alike) - VERSIONS)) :][:VERSIONS]
+        comparable_versions.sort(key=lambda version: version.version)
+        place = comparable_versions.index(champion)
+        begin = max(0, min(place, len(comparable_versions) - VERSIONS))
+        rows += comparable_versions[begin : begin + VERSIONS]
     rows = [version for version in rows if ERROR in version.metrics][: 2 * VERSIONS]
     if not rows:
         return None
@@ -194,27 +195,28 @@ def gaps_plot(session: Session) -> Plot | None:
     if not rows:
         return None
     adopted = adopted_words(session, [key for key, _, _ in rows])
-    before = [report["gap"]["before"] / report["gap"]["tolerance"] for _, _, report in rows]
-    after = [_remaining(report) for _, _, report in rows]
+    errors_before = [report["gap"]["before"] / report["gap"]["tolerance"] for _, _, report in rows]
+    errors_after = [_remaining(report) for _, _, report in rows]
     position = np.arange(len(rows), dtype=np.float64)
     bars = (
         BarSeries(
             position - 0.2,
-            as_floats(before),
+            as_floats(errors_before),
             name="without effects",
             width=0.36,
             horizontal=True,
-            labels=tuple(format_number(value, 3) for value in before),
+            labels=tuple(format_number(value, 3) for value in errors_before),
             role=ColourRole.BEFORE,
         ),
         BarSeries(
             position + 0.2,
-            as_floats(after),
+            as_floats(errors_after),
             name="with the effects found",
             width=0.36,
             horizontal=True,
             labels=tuple(
-                "not computed" if value is None else format_number(value, 3) for value in after
+                "not computed" if value is None else format_number(value, 3)
+                for value in errors_after
             ),
             role=ColourRole.AFTER,
         ),

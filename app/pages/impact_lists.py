@@ -75,7 +75,7 @@ def impacts(
     error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
     thumbnails: dict[int, list[float]] = {}
-    total = before = 0
+    total = rows_before = 0
     address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
     with store.reading() as session:
         campaigns, levels = list_campaign_names(session), list_levels(session)
@@ -97,9 +97,9 @@ def impacts(
                 rows, last = list_impacts_page(session, campaign or None, conditions, after, PAGE)
                 following = query({**address, "after": last}) if last else None
             total = count_impacts(session, campaign or None, conditions, COUNTED)
-            before = offset
+            rows_before = offset
             if after is not None:
-                before = count_impacts(session, campaign or None, conditions, COUNTED, after)
+                rows_before = count_impacts(session, campaign or None, conditions, COUNTED, after)
             thumbnails = list_thumbnails(session, [row["id"] for row in rows])
         except (ValueError, LookupError) as why:
             error, status = str(why), status_of_fault(why)
@@ -126,7 +126,7 @@ def impacts(
                 condition for condition in where if condition not in {menu.chosen for menu in menus}
             ],
             error=error,
-            position=_position(before, len(rows), total),
+            position=_position(rows_before, len(rows), total),
             sort=sort,
             sorts={name: _sorted_address(address, sort, name) for name in names},
             following=following or "",

@@ -95,9 +95,10 @@ def _at_measured_shot(
     if not measured:
         return question
     measured.sort(key=lambda setting: setting[driven_by])
-    middle = measured[len(measured) // 2]
+    middle_setting = measured[len(measured) // 2]
+    fields = ShotRequest.model_fields
     return question.model_copy(
-        update={name: value for name, value in middle.items() if name in ShotRequest.model_fields}
+        update={name: value for name, value in middle_setting.items() if name in fields}
     )
 
 

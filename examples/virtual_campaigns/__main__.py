@@ -33,10 +33,10 @@ WRITER = Writer("python -m examples.virtual_campaigns", __version__)
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("examples"))
-    given = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     for campaign in (REHEARSAL, CHANGED):
-        size = make(campaign, given.out / campaign.name)
-        sys.stdout.write(f"{given.out / campaign.name}: {size / 1e6:.1f} MB of recordings\n")
+        size = make(campaign, options.out / campaign.name)
+        sys.stdout.write(f"{options.out / campaign.name}: {size / 1e6:.1f} MB of recordings\n")
     return 0
 
 
@@ -50,7 +50,8 @@ def make(campaign: VirtualCampaign, out: Path) -> int:
         runs = campaign.shipped_runs(plan)
         simulated = simulate_runs(plan, campaign, runs, Path(work) / campaign.name)
         recordings = out / "recordings"
-        shutil.rmtree(recordings, ignore_errors=True)
+        if recordings.is_dir():  # of an earlier call
+            shutil.rmtree(recordings)
         impacts: Mapping[str, Any] = {
             run["recording"]: run["hits"][0]["start_s"] for run in open_seal(simulated.seal).runs
         }

@@ -38,11 +38,11 @@ def steps_of(channel: str, values: NDArray[np.float32]) -> tuple[NDArray[np.uint
     Raises `ValueError` where the channel goes further than 16 bits.
     """
     step = step_of(channel)
-    middle = step * round(float(np.median(values)) / step)
-    steps = np.round((values.astype(float) - middle) / step) + _SILENCE
+    rest_value = step * round(float(np.median(values)) / step)
+    steps = np.round((values.astype(float) - rest_value) / step) + _SILENCE
     if steps.min() < 0 or steps.max() > np.iinfo(np.uint16).max:
         raise ValueError(f"channel {channel!r}: more than 16 bits in steps of {step:g}")
-    return steps.astype(np.uint16), middle - _SILENCE * step
+    return steps.astype(np.uint16), rest_value - _SILENCE * step
 
 
 def pack(recording: Mapping[str, NDArray[np.float32]], impact_s: float, path: Path) -> None:
@@ -54,12 +54,12 @@ def pack(recording: Mapping[str, NDArray[np.float32]], impact_s: float, path: Pa
         impact_s: When in the recording the impact begins.
         path: The file to write.
     """
-    kept = slice(round(FROM_S * RATE_HZ), round((impact_s + AFTER_IMPACT_S) * RATE_HZ))
+    kept_samples = slice(round(FROM_S * RATE_HZ), round((impact_s + AFTER_IMPACT_S) * RATE_HZ))
     path.parent.mkdir(parents=True, exist_ok=True)
     with h5py.File(path, "w", libver="latest") as file:
         file.attrs["fs"] = RATE_HZ
         for channel, values in recording.items():
-            steps, zero = steps_of(channel, values[kept])
+            steps, zero = steps_of(channel, values[kept_samples])
             dataset = file.create_dataset(
                 channel,
                 data=steps,

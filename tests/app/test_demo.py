@@ -84,8 +84,8 @@ def test_rehearsal_works_its_plan_off_the_same_twice(demo):
         rehearsal["planned"] == rehearsal["done"] + rehearsal["repeat"]
         and rehearsal["shots"] == rehearsal["planned"] == 36
     )
-    fired = (out / "rehearsal" / "runs.csv").read_text(encoding="utf-8").splitlines()[1:]
-    assert [line.split(",")[0] for line in fired] == [str(run) for run in range(27, 37)]
+    fired_rows = (out / "rehearsal" / "runs.csv").read_text(encoding="utf-8").splitlines()[1:]
+    assert [line.split(",")[0] for line in fired_rows] == [str(run) for run in range(27, 37)]
     assert (
         0.4 < rehearsal["median_ratio"] < 1.2
     )  # the virtual bench is another gun than the nominal one

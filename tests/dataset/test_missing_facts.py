@@ -64,12 +64,12 @@ def test_impacts_alike_are_counted_together_as_one_by_one(tables_url, tmp_path):
     with opened(tables_url) as store, store.reading() as session:
         impacts = rows_of_campaigns(session, [get_campaign_id(session, "hammer")], None)
         levels = levels_of(session, (impact["configuration_id"] for impact in impacts))
-        one_by_one = missing_facts(
+        facts_one_by_one = missing_facts(
             ((impact, 1) for impact in impacts), levels, predictors, materials_of(session)
         )
-        together = missing_in_campaigns(session, ["hammer"], predictors)
-    assert together == one_by_one
-    counts = {name: fact.impacts for fact in together for name in fact.predictors}
+        grouped_facts = missing_in_campaigns(session, ["hammer"], predictors)
+    assert grouped_facts == facts_one_by_one
+    counts = {name: fact.impacts for fact in grouped_facts for name in fact.predictors}
     assert (counts["impact_velocity"], counts["boundary_conditions"]) == (2, 1)
 
 

@@ -67,15 +67,15 @@ def test_a_recording_is_the_simulated_one_to_half_a_step(campaign, tmp_path):
     run = campaign.shipped_runs(plan)[4]
     simulated = simulate_runs(plan, campaign, [run], tmp_path / "campaign")
     truth = open_seal(simulated.seal).runs[0]
-    shipped = EXAMPLES / campaign.name / truth["recording"]
-    channels = unpacked(shipped.with_suffix(".h5"))
+    packed_path = EXAMPLES / campaign.name / truth["recording"]
+    channels = unpacked(packed_path.with_suffix(".h5"))
     impact_s = truth["hits"][0]["start_s"]
     with np.load(simulated.folder / truth["recording"]) as archive:
         rate_hz = float(archive["fs"])
-        kept = slice(round(FROM_S * rate_hz), round((impact_s + AFTER_IMPACT_S) * rate_hz))
+        kept_samples = slice(round(FROM_S * rate_hz), round((impact_s + AFTER_IMPACT_S) * rate_hz))
         assert set(channels) == set(archive.files) - {"fs"}
         for name, values in channels.items():
-            difference = np.abs(values - archive[name][kept])
+            difference = np.abs(values - archive[name][kept_samples])
             assert difference.max() <= 1.5 * step_of(name)
             assert np.median(difference) <= 0.5 * step_of(name)
             assert np.ptp(values) > 20 * step_of(name)

@@ -214,7 +214,7 @@ def test_number_of_processes_changes_no_byte(hammer, tmp_path):
 
 
 def test_some_runs_have_the_recordings_of_the_whole_campaign(gun, tmp_path):
-    some = simulate(
+    part_campaign = simulate(
         GUN_ROWS,
         "gun",
         tmp_path / "campaign",
@@ -224,14 +224,14 @@ def test_some_runs_have_the_recordings_of_the_whole_campaign(gun, tmp_path):
         jobs=1,
         runs=[2],
     )
-    names = {path.name for path in (some.folder / "recordings").iterdir()}
+    names = {path.name for path in (part_campaign.folder / "recordings").iterdir()}
     assert names == {"0002-01.npz", "0002-02.npz"}
     for name in names:
-        assert (some.folder / "recordings" / name).read_bytes() == (
+        assert (part_campaign.folder / "recordings" / name).read_bytes() == (
             gun.folder / "recordings" / name
         ).read_bytes()
-    assert open_seal(some.seal).runs == open_seal(gun.seal).runs[2:]
-    assert open_seal(some.seal).belongs_to(some.folder)
+    assert open_seal(part_campaign.seal).runs == open_seal(gun.seal).runs[2:]
+    assert open_seal(part_campaign.seal).belongs_to(part_campaign.folder)
 
 
 @pytest.mark.parametrize(

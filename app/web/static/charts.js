@@ -163,6 +163,7 @@ const pyroshock = (() => {
       text ? `#${text}` : location.pathname + location.search,
     );
   };
+  // What an address cannot mean (an old link, a typed one) is passed over: the usual view is shown.
   const restore = (id, chart) => {
     const address = held(),
       view = {};

@@ -229,17 +229,21 @@ def test_the_address_holds_the_view_of_a_chart(browser, lab):
         page.keyboard.press("+")
         page.keyboard.press("Shift+ArrowLeft")
         page.locator(entries).first.click()
-        zoomed, address = page.evaluate(range_of), page.url
-        assert zoomed != whole and "segmentation.x=" in address and "segmentation.hide=" in address
-        hidden = page.locator(entries).first.inner_text()
+        zoomed_range, address = page.evaluate(range_of), page.url
+        assert (
+            zoomed_range != whole
+            and "segmentation.x=" in address
+            and "segmentation.hide=" in address
+        )
+        hidden_name = page.locator(entries).first.inner_text()
         page.goto("about:blank")
         page.goto(address)
         wait_drawn(page)
-        again = page.evaluate(range_of)
+        restored_range = page.evaluate(range_of)
         for key in ("x", "y"):
-            assert again[key] == pytest.approx(zoomed[key], rel=1e-5, abs=1e-9)
+            assert restored_range[key] == pytest.approx(zoomed_range[key], rel=1e-5, abs=1e-9)
         assert page.get_attribute(entries, "aria-pressed") == "false"
-        assert page.locator(entries).first.inner_text() == hidden
+        assert page.locator(entries).first.inner_text() == hidden_name
         page.focus("#segmentation .canvas")
         page.keyboard.press("0")
         page.locator(entries).first.click()

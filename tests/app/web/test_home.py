@@ -212,11 +212,11 @@ def test_the_picture_of_models_shows_versions_of_the_same_pulses_alone(filled: L
         for name in ("linear", "tree")
     )
     assert model_plot([linear, tree]) is None
-    other = replace(linear.dataset, hash="0" * 64)
+    other_dataset = replace(linear.dataset, hash="0" * 64)
     versions = [
         replace(linear, version=2, champion_of="hammer"),
         replace(linear, version=1),
-        replace(linear, version=3, dataset=other),
+        replace(linear, version=3, dataset=other_dataset),
         tree,
     ]
     plot: Any = model_plot(versions)

@@ -42,19 +42,19 @@ def test_a_list_says_how_many_impacts_match_and_which_of_them_it_shows(
     ((material, count),) = materials.most_common(1)
 
     def positions(address: str) -> list[str]:
-        said = []
+        sentences = []
         while address:
             text = filled.client.get(address).text
-            said += re.findall(r'id="position">(.*?)</p>', text)
+            sentences += re.findall(r'id="position">(.*?)</p>', text)
             following = re.search(r'rel="next"[^>]* href="([^"]*)"', text)
             address = f"/impacts{following[1]}".replace("&amp;", "&") if following else ""
-        return said
+        return sentences
 
     for sort in ("", "&sort=-peak_force_n"):
-        said = positions(f"/impacts?campaign=&where=tip_material={material}{sort}")
+        sentences = positions(f"/impacts?campaign=&where=tip_material={material}{sort}")
         pages = [(first, min(first + 5, count)) for first in range(1, count + 1, 6)]
         assert len(pages) > 1
-        assert said == [f"Impacts {first} to {last} of {count}" for first, last in pages]
+        assert sentences == [f"Impacts {first} to {last} of {count}" for first, last in pages]
     assert positions("/impacts?campaign=modal-hammer-hit") == ["1 impact"]
     monkeypatch.setattr("pyroshock.app.pages.impact_lists.COUNTED", 8)
     assert positions("/impacts")[:3] == [
