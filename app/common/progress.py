@@ -23,7 +23,7 @@ _BEFORE_THE_FIRST_STEP = "{desc} [{elapsed}]"
 _STEPS = "{percentage:3.0f} %|{bar}| {n_fmt} of {total_fmt}{unit} [{elapsed}]{postfix}"
 _STEPS_AND_TIME = _STEPS.replace("{elapsed}", "{elapsed}, about REMAINING left")
 #: Nothing is said of the remaining time before so much of the work is done.
-_LEAST_SHARE = 0.1
+LEAST_SHARE = 0.1
 
 
 class RemainingTime:
@@ -57,9 +57,9 @@ class RemainingTime:
             return None
         last_s, share = steps[-1]
         since = next(
-            (step for step in steps[1:-1] if share - step[1] >= _LEAST_SHARE - 1e-9), steps[0]
+            (step for step in steps[1:-1] if share - step[1] >= LEAST_SHARE - 1e-9), steps[0]
         )
-        if share - since[1] < _LEAST_SHARE - 1e-9:
+        if share - since[1] < LEAST_SHARE - 1e-9:
             return None
         rate = (share - since[1]) / (last_s - since[0])
         # The step in work is as long as the last one at most, as far as anybody knows.

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from urllib.parse import unquote
 
 from ...schema.jobs import FAILED, RUNNING, STOPPED, WAITING
+from ..common.progress import LEAST_SHARE
 from ..jobs.queue import JobView
 
 #: Kind of job -> what it is called.
@@ -72,13 +73,14 @@ def elapsed_s(job: JobView, now: datetime | None = None) -> float | None:
 
 
 def time_words(job: JobView, now: datetime | None = None) -> str:
-    """How long a job has taken and, while it runs, about how long it will still take."""
+    """How long a job has taken and, once a tenth of it is done, about how long it will still
+    take."""
     elapsed = elapsed_s(job, now)
     if elapsed is None:
         return "It has not started yet." if job.state == WAITING else "It did not start."
     if job.state != RUNNING:
         return f"It took {duration_words(elapsed)}."
-    if not 0 < job.done <= job.total:
+    if not LEAST_SHARE * job.total <= job.done <= job.total or not job.done:
         return f"It has run for {duration_words(elapsed)}."
     remaining = elapsed * (job.total - job.done) / job.done
     return (

@@ -197,6 +197,27 @@ def test_model_that_cannot_learn_stops_no_other(registry):
     assert told[0].startswith("hann not trained on repetitions")
 
 
+def test_progress_is_the_share_of_the_work_and_not_of_the_models(registry):
+    """Of these models the search of the contact time and the genetic search take nearly all the
+    time."""
+    steps: list[tuple[int, int, str]] = []
+    models = ["hann", "linear", "nn-narrow", "nn-ga"]
+    small = replace(context_in(registry), budget="small")
+    train(registry, small, models, SPLITS[:1], progress=Progress(lambda *step: steps.append(step)))
+    shares = [done / total for done, total, _ in steps]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1], steps[-1][2]) == (0.0, 1.0, "4 of 4 models")
+    without_search = [
+        share
+        for share, (_, _, words) in zip(shares, steps, strict=True)
+        if words.startswith("2 of 4 models; nn-narrow")
+    ]
+    assert without_search[0] < 0.1
+    assert 0.35 < without_search[-1] < 0.55
+    generations = [words for _, _, words in steps if words.startswith("3 of 4 models; nn-ga")]
+    assert len(generations) == 1 + 4
+
+
 def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_path):
     """Killed at the worst moment: everything of the third model is logged, and it is not registered
     yet."""

@@ -54,7 +54,7 @@ class GeneticNetwork(Estimator):
 
     kind = "genetic-network"
     journal: Path | None = None
-    progress: Callable[[str], None] | None = None
+    progress: Callable[[int, int, str], None] | None = None
     executor: ExecutorConfig = HERE
     found_: GeneticResult | None = None
     search_: SettingsSearch | None = None

@@ -123,20 +123,20 @@ def fit_task(
     task: TrainingTask,
     context: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
-    tell: Callable[[str], None] | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
     executor: ExecutorConfig = HERE,
 ) -> Trained:
     """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are
     of what is stored.
 
     `tuned` are the contact-time process's settings where they were found already; `executor` does
-    what a model's own search tries, and `tell` hears of it. Raises `ValueError` where the model
+    what a model's own search tries, and `progress` hears of it. Raises `ValueError` where the model
     cannot learn from this dataset.
     """
     split = split_of(context.table, task.split, task.seed)
     training, held_out = context.table.take(split.train), context.table.take(split.test)
     model = entry_of(task.model).make(
-        BuildOptions(context.budget, tuned, journal_of(task, context), tell, executor)
+        BuildOptions(context.budget, tuned, journal_of(task, context), progress, executor)
     )
     with measure_resources() as meter:
         model.fit(training, task.rng)
@@ -171,12 +171,12 @@ def try_fit(
     task: TrainingTask,
     context: TrainingContext,
     tuned: Mapping[str, Any] | None = None,
-    tell: Callable[[str], None] | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
     executor: ExecutorConfig = HERE,
 ) -> Trained | FittingFailure:
     """`fit_task`, where a model that cannot learn from this dataset is no reason to stop."""
     try:
-        return fit_task(task, context, tuned, tell, executor)
+        return fit_task(task, context, tuned, progress, executor)
     except ValueError as error:
         return FittingFailure(task.model, task.split, str(error))
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from ..models.training_task import TRAINING_VERSION, TrainingTask, rng_of
 from ..registry.records import Trained
 from ..tuning.trials import SettingsSearch, searches_from
 from .fitting import FittingFailure, TrainingContext, try_fit
+from .training_share import TrainingShare
 
 
 @dataclass(frozen=True)
@@ -159,35 +161,46 @@ def run_trainings(
 ) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Each task with what came of it, as it is finished. What a training comes to does not depend
     on the executor."""
-    remaining = {task.key: task for task in tasks}
+    times: Times = {}
+    searches = list[TimeSearch]()
+    for split in dict.fromkeys(task.split for task in tasks if entry_of(task.model).shares_time):
+        if (settings := read_time_settings(split, context)) is None:
+            searches.append(TimeSearch(split))
+        else:
+            times[split] = settings
+    splits = [search.split for search in searches]
+    share = TrainingShare(step, tasks, splits, context.budget, executor.jobs)
 
-    def show() -> None:
-        under_way = ", ".join(
-            f"{task.model} ({task.split})" for task in list(remaining.values())[: executor.jobs]
-        )
-        step(len(tasks) - len(remaining), len(tasks), under_way)
+    def heard(task: TrainingTask, done: int, total: int, words: str) -> None:
+        share.generation(task, done, total)
+        tell(words)
 
-    show()
-    for task, outcome in _outcomes(tasks, context, executor, tell):
-        del remaining[task.key]
-        yield task, outcome
-        show()
+    for errand, outcome in _outcomes(tasks, searches, times, context, executor, heard):
+        if isinstance(errand, TimeSearch):
+            share.searched(errand.split)
+        else:
+            assert not isinstance(outcome, TimeSettings)
+            yield errand, outcome
+            share.trained(errand)
 
 
 def _outcomes(
-    tasks: Sequence[TrainingTask], context: TrainingContext, executor: ExecutorConfig, tell: Tell
-) -> Iterator[tuple[TrainingTask, Outcome]]:
-    """First what stands alone, and the searches that others wait for; then the others.
+    tasks: Sequence[TrainingTask],
+    searches: Sequence[TimeSearch],
+    times: Times,
+    context: TrainingContext,
+    executor: ExecutorConfig,
+    heard: Callable[[TrainingTask, int, int, str], None],
+) -> Iterator[tuple[TrainingTask | TimeSearch, Outcome | TimeSettings]]:
+    """First what stands alone, and the searches that others wait for, whose results `times` gets;
+    then the others.
 
     Models that search are last and are fitted in this process, which keeps their journals: the
-    executor tries their candidates.
+    executor tries their candidates, and `heard` is told of each generation.
     """
     sharing = [task for task in tasks if entry_of(task.model).shares_time]
     alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
-    times: Times = {}
-    yield from _first(
-        alone, dict.fromkeys(task.split for task in sharing), times, context, executor
-    )
+    yield from _first(alone, searches, times, context, executor)
     ready = list[TaskWithContactTime]()
     for task in sharing:
         contact_time = times[task.split]
@@ -204,7 +217,9 @@ def _outcomes(
         yield sent.task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
-            outcome = try_fit(training.task, context, training.tuned, tell, executor)
+            outcome = try_fit(
+                *(training.task, context, training.tuned, partial(heard, training.task)), executor
+            )
         yield training.task, _with_search(outcome, times)
 
 
@@ -219,19 +234,12 @@ def _with_search(outcome: Outcome, times: Times) -> Outcome:
 
 def _first(
     alone: Sequence[TaskWithContactTime],
-    splits: Iterable[str],
+    searches: Sequence[TimeSearch],
     times: Times,
     context: TrainingContext,
     executor: ExecutorConfig,
-) -> Iterator[tuple[TrainingTask, Outcome]]:
-    """Trainings that need nothing; on the way `times` of the splits, where they were not found
-    earlier."""
-    searches = list[TimeSearch]()
-    for split in splits:
-        if (kept := read_time_settings(split, context)) is None:
-            searches.append(TimeSearch(split))
-        else:
-            times[split] = kept
+) -> Iterator[tuple[TrainingTask | TimeSearch, Outcome | TimeSettings]]:
+    """Trainings that need nothing, and `times` of the splits that are searched."""
     # The dear ones first where there are others to work meanwhile, and last where the first results
     # would wait.
     errands: list[Errand] = [*alone, *searches] if executor.is_here else [*searches, *alone]
@@ -239,10 +247,10 @@ def _first(
         executor, done, errands, shared=(context,), lost=failure_of_lost_worker
     ):
         if isinstance(errand, TaskWithContactTime):
-            assert not isinstance(result, TimeSettings)
             yield errand.task, result
-        else:
-            assert isinstance(result, TimeSettings | FittingFailure)
-            times[errand.split] = result
-            if isinstance(result, TimeSettings):
-                write_time_settings(result, errand.split, context)
+            continue
+        assert isinstance(result, TimeSettings | FittingFailure)
+        times[errand.split] = result
+        if isinstance(result, TimeSettings):
+            write_time_settings(result, errand.split, context)
+        yield errand, result

@@ -21,14 +21,14 @@ class BuildOptions:
     """What may differ from training to training. `budget` is the genetic search's.
 
     `tuned_time` are settings of the contact-time process that were found already; None lets the
-    model search. `journal` is where a search keeps what it has done, `tell` hears of it, `executor`
-    does it; none changes a model.
+    model search. `journal` is where a search keeps what it has done, `progress` hears of it,
+    `executor` does it; none changes a model.
     """
 
     budget: Budget = "reduced"
     tuned_time: Mapping[str, Any] | None = None
     journal: Path | None = None
-    tell: Callable[[str], None] | None = None
+    progress: Callable[[int, int, str], None] | None = None
     executor: ExecutorConfig = HERE
 
 
@@ -152,11 +152,24 @@ _SEARCHES: dict[Budget, dict[str, int]] = {
 }
 
 
+def search_size(name: str, budget: Budget) -> tuple[int, int] | None:
+    """Candidates and later generations of a model's genetic search; None for a model without.
+
+    Parameters:
+        name: As `entry_of` takes and refuses it.
+        budget: The size that the search gets.
+    """
+    if not entry_of(name).searches:
+        return None
+    network = _built("genetic-network", **_SEARCHES[budget])
+    return network.population, network.generations
+
+
 def _genetic(making: BuildOptions) -> ContactModel:
     network = _built("genetic-network", **_SEARCHES[making.budget])
     network.journal, network.progress, network.executor = (
         making.journal,
-        making.tell,
+        making.progress,
         making.executor,
     )
     return _beside_time_process(network, making, "none")

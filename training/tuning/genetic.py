@@ -108,7 +108,8 @@ Genes = tuple[int, ...]
 #: What is minimised. Depends on the genes alone; may be called from several threads, or be sent to
 #: other processes.
 Evaluate = Callable[[Genes], float]
-Progress = Callable[[str], None]
+#: Called with (generations that are done, all of them, what was found).
+Progress = Callable[[int, int, str], None]
 
 CROSSED, MUTATED, CREEP = (
     0.9,
@@ -197,8 +198,10 @@ def run_search(
         evaluated.append(len(seen))
         if progress:
             progress(
+                generation + 1,
+                search.generations + 1,
                 f"generation {generation} of {search.generations}: {best[-1]:.4f} with "
-                f"{show(leader)}; {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
+                f"{show(leader)}; {len(seen)} evaluated, {requested - len(seen)} duplicates saved",
             )
     return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
 

@@ -165,7 +165,7 @@ TRAIN: Operation[Training, TrainingRuns] = Operation(
 pyroshock train rehearsal-pulses --models linear --split material=steel""",
     route=("POST", "/train"),
     long=True,
-    steps="models",
+    steps="%",
     workers="Set the number of processes that train.",
     label=lambda request: str(request.dataset),
     form=FormPage("/models/train", "train", "/models/train", required=("models",)),

@@ -308,6 +308,8 @@ def view(**changed: object) -> JobView:
 @pytest.mark.parametrize(("job", "words"), [
     (view(), "It has run for 1 min 0 s; about 3 min 0 s remain."),
     (view(done=0, total=0), "It has run for 1 min 0 s."),
+    (view(done=9, total=100), "It has run for 1 min 0 s."),
+    (view(done=10, total=100), "It has run for 1 min 0 s; about 9 min 0 s remain."),
     (view(state="waiting", started_at=None), "It has not started yet."),
     (view(state="stopped", started_at=None), "It did not start."),
     (view(state="done", ended_at=NOW - timedelta(0, 20)), "It took 40 s."),

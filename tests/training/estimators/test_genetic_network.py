@@ -73,7 +73,7 @@ def test_workers_do_not_change_it_and_progress_is_told() -> None:
     assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
     messages: list[str] = []
     network = GeneticNetwork(**SMALL)
-    network.progress = messages.append
+    network.progress = lambda _done, _total, words: messages.append(words)
     rows = known_law()[0]
     network.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
     assert len(messages) == SMALL["generations"] + 1

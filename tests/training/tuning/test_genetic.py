@@ -52,11 +52,15 @@ def test_finds_the_bottom_and_never_worsens() -> None:
     seen: list[Genes] = []
     run_search(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
     assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
-    messages: list[str] = []
-    run_search(SEARCH, bowl, 1, without_file(), messages.append, lambda genes: f"<{genes[0]}>")
-    assert len(messages) == SEARCH.generations + 1
-    assert messages[-1].startswith("generation 6 of 6: ")
-    assert "<1>" in messages[-1]
+    steps: list[tuple[int, int, str]] = []
+    run_search(
+        *(SEARCH, bowl, 1, without_file()),
+        progress=lambda *step: steps.append(step),
+        show=lambda genes: f"<{genes[0]}>",
+    )
+    assert [step[:2] for step in steps] == [(done, 7) for done in range(1, 8)]
+    assert steps[-1][2].startswith("generation 6 of 6: ")
+    assert "<1>" in steps[-1][2]
 
 
 def test_beats_chance() -> None:
