@@ -168,7 +168,7 @@ def _impact_rows(
     """Rows of a listing from pages of rows of `_impacts`."""
     configurations = _Configurations(session)
     for rows in pages:
-        quality = _quality(session, rows)
+        quality = worst_severities(session, rows)
         configurations.learn({row["configuration_id"] for row in rows})
         for row in rows:
             yield {
@@ -488,7 +488,7 @@ class _Configurations:
         return self._known[key]
 
 
-def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
+def worst_severities(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
     """Worst severity per impact of a page, where it is more than a note: of its own findings and
     its recording's."""
     recordings = sorted({row["recording_id"] for row in rows if row["recording_id"] is not None})

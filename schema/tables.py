@@ -12,6 +12,7 @@ from . import (
     provenance,
     recordings,
     registered_models,
+    saved_views,
 )
 from .base import Base
 
@@ -28,4 +29,5 @@ __all__ = [
     "provenance",
     "recordings",
     "registered_models",
+    "saved_views",
 ]

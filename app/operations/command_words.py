@@ -13,6 +13,8 @@ SECTIONS: dict[str, dict[str, str]] = {
         "impacts": "List impacts with their figures; show, delete or compare some.",
         "shots": "List the shots of the gun beside the velocity of the model.",
         "show": "Show one impact, and draw its record and pulse.",
+        "explore": "Draw any stored quantity against any other, coloured by a third.",
+        "views": "List the saved views of `explore`; show, save, rename or delete one.",
         "srs": "Compute the shock response spectrum of any recording.",
         "extract": "Extract the pulses of a campaign again with other settings.",
         "calibrate": "Compute sensitivity and offset of a transducer.",
@@ -81,6 +83,7 @@ NOUNS = {
     "pyroshock models --promotions",
     "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
     "jobs": "pyroshock jobs --last 50",
+    "views": "pyroshock views\npyroshock views show force-by-velocity",
     "db": "pyroshock db check --fast",
 }
 #: Noun -> the command that takes a word which is none: `models gp@1` is `models show gp@1`.

@@ -35,6 +35,7 @@ from ..pages import archive as archive_pages
 from ..pages import campaigns as campaign_pages
 from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
+from ..pages import explore as explore_pages
 from ..pages import export as export_pages
 from ..pages import extract as extract_pages
 from ..pages import home as home_pages
@@ -88,6 +89,7 @@ PAGES = (
     plan_pages,
     removal_pages,
     archive_pages,
+    explore_pages,
     export_pages,
     extract_pages,
     report_pages,

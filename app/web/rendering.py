@@ -34,6 +34,7 @@ MENU = {
     "/campaigns": "Campaigns",
     "/impacts": "Impacts",
     "/compare": "Compare",
+    "/explore": "Explore",
     "/models": "Models",
     "/twin": "Twin",
     "/plans": "Plans",

@@ -99,8 +99,8 @@ RULES = (
 
 
 #: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job
-#: is a machine's, a tombstone tells of what that store no longer has, and a model is in a registry
-#: of its own.
+#: is a machine's, a tombstone tells of what that store no longer has, a model is in a registry of
+#: its own, and a saved view is of all that its store holds.
 STAY_BEHIND = frozenset(
     {
         "dataset_snapshots",
@@ -109,6 +109,7 @@ STAY_BEHIND = frozenset(
         "jobs",
         "tombstones",
         "registered_versions",
+        "saved_views",
     }
 )
 #: Follow from the rows that were taken: who wrote them, and how many there are.

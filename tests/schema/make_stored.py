@@ -27,6 +27,7 @@ from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.registered_models import RegisteredVersion
+from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.session import Store, Writer, open_store
 
 HERE = Path(__file__).parent
@@ -181,6 +182,21 @@ def add_registered_version(store: Store) -> None:
         )  # fmt: skip
 
 
+def add_saved_views(store: Store) -> None:
+    """One that is in use, and one that was deleted and left its name to it."""
+    when = datetime(2026, 1, 7, tzinfo=UTC)
+    with store.writing() as session:
+        for deleted in (when, None):
+            session.add(
+                SavedView(
+                    name="force by velocity",
+                    request={"x": "impact_velocity_m_s", "y": "peak_force_n"},
+                    saved_at=when,
+                    deleted_at=deleted,
+                )
+            )
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -196,6 +212,7 @@ def main() -> int:
             add_jobs(store)
             add_tombstone(store)
             add_registered_version(store)
+            add_saved_views(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -57,6 +57,7 @@ RECORD = "time_s,acc\n" + "".join(
     for sample in range(400)
 )
 _SPRING = {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
+_FORCE = {"name": "force", "kind": "distribution", "x": "peak_force_n"}
 #: A request that can be answered, of each operation. {folder} is a new one for each door.
 EXAMPLES: dict[str, dict[str, Any]] = {
     "init": {},
@@ -133,6 +134,13 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "run-list": {"campaign": "shelf"},
     "run-show": {"campaign": "shelf", "recording": recording_name(1)},
     "run-discard": {"campaign": "shelf", "recording": recording_name(2), "reason": "loose plate"},
+    "explore": {"kind": "control", "y": "peak_force_n", "colour": "run", "select_y": "0:1e6"},
+    "view-list": {},
+    "view-show": {"name": "force"},
+    "view-save": {"name": "time", "x": "peak_force_n", "y": "contact_time_s", "log_y": True},
+    "view-rename": {"name": "force", "new_name": "peaks"},
+    "view-delete": {"name": "force"},
+    "view-restore": {"name": "gone"},
     "impact-list": {"campaign": "shelf", "where": ("peak_force_n>0",), "limit": 3},
     "impact-show": {"impact": 1},
     "impact-delete": {"impact": 2, "all_of_recording": True, "reason": "loose plate"},
@@ -175,6 +183,14 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("ingest", {"path": "{campaign}"}),
         ("campaign-delete", {"campaign": "shelf", "reason": "wrong sensor"}),
     ],
+    **{
+        name: [("ingest", {"path": "{campaign}"}), ("view-save", _FORCE)]
+        for name in ("explore", "view-list", "view-show", "view-save", "view-rename", "view-delete")
+    },
+    "view-restore": [
+        ("view-save", {**_FORCE, "name": "gone"}),
+        ("view-delete", {"name": "gone"}),
+    ],
     "dataset-delete": [
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "velocity": "integrated"})
     ],
@@ -202,7 +218,16 @@ ANSWERED_ELSEWHERE |= {
 #: The roles of a server, and a store that must not be there before.
 ANSWERED_ELSEWHERE |= {"db-roles", "db-restore"}
 #: What an answer says of the moment, and not of what was asked.
-_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at", "deleted_at", "asked_at", "ended_at"}
+_OF_THE_MOMENT = {
+    "saved_at",
+    "when",
+    "who",
+    "id",
+    "diagnosed_at",
+    "deleted_at",
+    "asked_at",
+    "ended_at",
+}
 #: What differs between stores that are made one after the other.
 _OF_THE_STORE = {"db-copy": {"sha256"}, "db-backup": {"size_bytes"}}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.

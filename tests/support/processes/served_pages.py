@@ -26,6 +26,8 @@ PAGES = {
     "impact-preview": "/impacts/{hit}?preview=true&threshold=0.05",
     "compare": "/compare?campaign=rehearsal",
     "spectra": "/compare/spectra?impacts={first}&sides=true",
+    "explore": "/explore?colour=tip_material&select_x=0:1&select_y=0:1e6",
+    "explore-control": "/explore?kind=control&y=peak_force_n",
     "models": "/models",
     "models-compare": "/models/compare?version=linear@1&version=hann@1",
     "model": "/models/linear/1",

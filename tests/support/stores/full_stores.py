@@ -15,6 +15,7 @@ from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.jobs import DONE, FAILED, Job
 from pyroshock.schema.provenance import RECORDING, Tombstone
 from pyroshock.schema.recordings import QualityFinding, Recording
+from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
@@ -112,6 +113,7 @@ def _add_rows(session: Session) -> None:
             ),
             Job(**ended, **times, state=FAILED, error="e"),
             registered_version(),
+            SavedView(name="view", creator="c", request={"x": "run"}, saved_at=WHEN),
             Tombstone(
                 kind=RECORDING,
                 campaign="spring",
