@@ -489,8 +489,16 @@ class _Configurations:
 
 
 def worst_severities(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
-    """Worst severity per impact of a page, where it is more than a note: of its own findings and
-    its recording's."""
+    """Worst severity per impact, where it is more than a note: of its own findings and its
+    recording's.
+
+    Parameters:
+        session: A session of the store.
+        rows: The `id` and the `recording_id` of each impact.
+
+    Returns:
+        "warning" or "reject" by the key of the impact, for those that have one.
+    """
     recordings = sorted({row["recording_id"] for row in rows if row["recording_id"] is not None})
     columns = (QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()

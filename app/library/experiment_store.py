@@ -19,6 +19,8 @@ from ..operations.diagnose.delete import DELETE_DIAGNOSIS
 from ..operations.diagnose.make import DIAGNOSE
 from ..operations.diagnose.request import DiagnosisRequest
 from ..operations.diagnose.show import SHOW_DIAGNOSIS
+from ..operations.explore.explore import EXPLORE
+from ..operations.explore.request import Exploration
 from ..operations.faults import read
 from ..operations.impacts.listing import SHOT_LIST, SelectedRows
 from ..operations.ingest.extract import EXTRACT, Extraction
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..operations.diagnose.service import GapDiagnosis
+    from ..operations.explore.result import Explored
     from ..operations.impacts.service import ForcePulse, StoredRecording
     from ..operations.train.contact_model import StoredModel
     from ..operations.train.service import (
@@ -175,6 +178,9 @@ class ExperimentStore:
         shots = self._ask(SHOT_LIST, campaign=campaign, where=where)
         frame = sorted_by(frame_of(shots.rows, listed), sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
+
+    #: A stored quantity against another, coloured by a third: a chart with its numbers and rows.
+    explore: PythonMethod[Explored] = PythonMethod(Exploration, EXPLORE)
 
     @raises_library_errors
     def pulse(self, impact: int) -> ForcePulse:

@@ -16,8 +16,8 @@ LIMIT_OF_VALUES, LIMIT_OF_RANGES = 2.66, 3.267
 RUN = 8
 BEYOND, ONE_SIDE, RANGE_BEYOND = (
     "beyond a limit",
-    f"the last of {RUN} in a row on one side of the centre",
-    "its moving range is beyond the limit",
+    f"{RUN} in a row on one side of the centre",
+    "moving range beyond its limit",
 )
 
 
@@ -40,17 +40,26 @@ class ControlChart:
     one_side: NDArray[np.intp]
     range_beyond: NDArray[np.intp]
 
-    def rules_broken(self) -> dict[int, list[str]]:
-        """Place -> the rules that the value there breaks, in the order of recording."""
-        rules: dict[int, list[str]] = {}
-        for places, rule in (
-            (self.beyond, BEYOND),
-            (self.one_side, ONE_SIDE),
-            (self.range_beyond, RANGE_BEYOND),
-        ):
-            for place in places.tolist():
-                rules.setdefault(place, []).append(rule)
-        return dict(sorted(rules.items()))
+    def rules_broken(self, most: int) -> dict[int, list[str]]:
+        """Place -> the rules that the value there breaks, in the order of recording, of `most`
+        values at the most: those beyond a limit go before the others."""
+        by_rule = (
+            (BEYOND, self.beyond),
+            (RANGE_BEYOND, self.range_beyond),
+            (ONE_SIDE, self.one_side),
+        )
+        chosen = dict.fromkeys(place for _, places in by_rule for place in places[:most].tolist())
+        named = sorted(list(chosen)[:most])
+        broken = [(rule, np.isin(named, places)) for rule, places in by_rule]
+        return {
+            place: [rule for rule, breaks in broken if breaks[number]]
+            for number, place in enumerate(named)
+        }
+
+    @property
+    def broken(self) -> int:
+        """How many values break a rule."""
+        return int(np.unique(np.concatenate([self.beyond, self.range_beyond, self.one_side])).size)
 
 
 def control_chart(values: Floats) -> ControlChart:

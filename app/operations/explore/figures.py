@@ -40,9 +40,11 @@ _RISING = (
     ColourRole.CATEGORY_6,
     ColourRole.CATEGORY_1,
 )
-#: Marks of a cell: up to this number of rows, diameter in px, opacity.
-_CELL_MARKS = ((9, 5.0, 0.45), (99, 8.0, 0.65), (float("inf"), 11.0, 0.9))
-_POINT_PX = 5.0
+#: Marks of a cell: from which part of the fullest cell on, diameter in px, opacity.
+_CELL_MARKS = ((0.0, 4.0, 0.3), (1 / 64, 6.0, 0.5), (1 / 16, 8.0, 0.7), (1 / 4, 10.0, 1.0))
+#: Diameters in px of points, and of rings about them; of more than these they are smaller.
+_POINT_PX, _SMALL_POINT_PX, _RING_PX, _SMALL_RING_PX = 5.0, 3.0, 12.0, 7.0
+_MANY = 600
 #: Bars of boxes, as parts of the distance between levels.
 _BOX = 0.64
 
@@ -110,7 +112,7 @@ def _points(
                 PointSeries(
                     data.across[own] * scales[0],
                     data.up[own] * scales[1],
-                    size=_POINT_PX,
+                    size=_POINT_PX if places.size <= _MANY else _SMALL_POINT_PX,
                     labels=labels,
                     name=name,
                     detail="" if name else "row",
@@ -131,10 +133,10 @@ def _scatter(data: ChartData, rows: SubjectRows, log_x: bool, log_y: bool) -> Dr
     x = (10.0**cells.x if log_x else cells.x) * scales[0]
     y = (10.0**cells.y if log_y else cells.y) * scales[1]
     series: list[PlotSeries] = []
-    fewest = 0.0
-    for most, size, opacity in _CELL_MARKS:
-        of_size = (cells.count > fewest) & (cells.count <= most)
-        fewest = most
+    share = cells.count / max(1, cells.count.max(initial=1))
+    kind_of_mark = np.searchsorted([start for start, *_ in _CELL_MARKS], share, "right") - 1
+    for kind, (_, size, opacity) in enumerate(_CELL_MARKS):
+        of_size = kind_of_mark == kind
         for number, name in enumerate(data.groups.names):
             own = of_size & (cells.group == number)
             if own.any():
@@ -155,8 +157,7 @@ def _scatter(data: ChartData, rows: SubjectRows, log_x: bool, log_y: bool) -> Dr
     notes: tuple[str, ...] = ()
     if cells.count.size:
         notes = (
-            "A large mark stands for several rows at their mean place; every row that is alone "
-            "there, and every extreme, is a point of its own.",
+            "Pale to full marks stand for few to many rows. Single rows and extremes are points.",
         )
     title = f"{data.y.heading} over {data.x.heading}"
     x_axis, y_axis = _axis(data.x, logarithmic=log_x), _axis(data.y, logarithmic=log_y)
@@ -303,7 +304,7 @@ def _control(data: ChartData, rows: SubjectRows, log_y: bool) -> DrawnChart:
                 data.across[ranges + 1],
                 chart.moving_range[ranges] * scale,
                 width=1.0,
-                marks=True,
+                marks=ranges.size <= _MANY,
                 detail="moving range",
                 role=ColourRole.CATEGORY_0,
             ),
@@ -333,7 +334,7 @@ def _rings(
         PointSeries(
             data.across[places],
             data.up[places] * scale,
-            size=12.0,
+            size=_RING_PX if places.size <= _MANY else _SMALL_RING_PX,
             filled=False,
             labels=tuple(rows.label(row) for row in data.rows[places].tolist()),
             name=rule,
@@ -354,7 +355,7 @@ def _range_rings(
         PointSeries(
             data.across[places + 1],
             data.control.moving_range[places] * scale,
-            size=12.0,
+            size=_RING_PX if places.size <= _MANY else _SMALL_RING_PX,
             filled=False,
             labels=tuple(rows.label(row) for row in data.rows[places + 1].tolist()),
             name=RANGE_BEYOND,

@@ -75,7 +75,7 @@ class Explored(Result):
             tables.append(ResultTable("Groups", self.summaries))
         if self.data.control is not None:
             tables.append(ResultTable("Limits", [self.limits]))
-            tables.append(ResultTable("Points that break a rule", self.broken_rules()))
+            tables.append(ResultTable(self.broken_title, self.broken_rules()))
         if self.request.has_selection:
             tables.append(ResultTable("Selected rows", self.selected_rows()))
         return tables
@@ -113,12 +113,23 @@ class Explored(Result):
             f"limit_of_ranges{ending}": chart.range_limit,
         }
 
+    @property
+    def broken_title(self) -> str:
+        """What heads the rows that break a rule."""
+        count = 0 if self.data.control is None else self.data.control.broken
+        title = "Points that break a rule"
+        return title if count <= MOST_NAMED else f"{title} (the first {MOST_NAMED} of {count})"
+
+    @cached_property
+    def _broken(self) -> dict[int, list[str]]:
+        return {} if self.data.control is None else self.data.control.rules_broken(MOST_NAMED)
+
     def broken_rules(self) -> list[dict[str, Any]]:
-        """The first rows that break a rule of the control chart, with their value and the rules."""
+        """The rows that break a rule of the control chart, with their value and the rules: of more
+        than `MOST_NAMED` those beyond a limit first."""
         chart, y = self.data.control, self.data.y
         if chart is None or y is None:
             return []
-        broken = list(chart.rules_broken().items())[:MOST_NAMED]
         return [
             {
                 "row": self.rows.label(int(self.data.rows[place])),
@@ -126,15 +137,12 @@ class Explored(Result):
                 y.key: float(chart.values[place]),
                 "rule": "; ".join(rules),
             }
-            for place, rules in broken
+            for place, rules in self._broken.items()
         ]
 
     def broken_addresses(self) -> list[str]:
         """The page of each row of `broken_rules`."""
-        if self.data.control is None:
-            return []
-        places = list(self.data.control.rules_broken())[:MOST_NAMED]
-        return [self.rows.address(int(self.data.rows[place])) for place in places]
+        return [self.rows.address(int(self.data.rows[place])) for place in self._broken]
 
     def selected_rows(self) -> list[dict[str, Any]]:
         """As many of the selected rows as are asked for, with what the chart shows of them."""

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from ....array_types import Floats
 
-#: Points that are drawn one by one, and cells of a scatter across and up.
-MOST_POINTS = 4_000
+#: Points up to which all are drawn; of more about `MOST_SINGLE` are drawn one by one, the others
+#: in cells, of which a scatter has so many across and up.
+MOST_POINTS, MOST_SINGLE = 4_000, 1_500
 CELLS = (64, 44)
 
 Places = NDArray[np.intp]
@@ -60,7 +61,7 @@ def thin_scatter(x: Floats, y: Floats, group: Places, most: int = MOST_POINTS) -
     cell = _cell(x, across) * up + _cell(y, up)
     key = group * (across * up) + cell
     counts = np.bincount(key)
-    drawn = counts[key] <= _company(counts, most)
+    drawn = counts[key] <= _company(counts, min(most, MOST_SINGLE))
     drawn[_extremes(x, y, group)] = True
     rest = ~drawn
     rest_counts = np.bincount(key[rest], minlength=counts.size)

@@ -139,7 +139,7 @@ def test_limits_are_those_of_the_printed_example():
     assert chart.centre == pytest.approx(50.81, abs=5e-3)
     assert chart.upper == pytest.approx(55.8041, abs=1e-3)
     assert chart.lower == pytest.approx(45.8159, abs=1e-3)
-    assert not chart.rules_broken()
+    assert not chart.rules_broken(200)
 
 
 def test_a_point_beyond_a_limit_and_its_range_are_named():
@@ -148,7 +148,7 @@ def test_a_point_beyond_a_limit_and_its_range_are_named():
     chart = control_chart(values)
     assert chart.beyond.tolist() == [20]
     assert chart.range_beyond.tolist() == [20, 21]
-    assert BEYOND in chart.rules_broken()[20]
+    assert BEYOND in chart.rules_broken(200)[20]
 
 
 @pytest.mark.parametrize("run", [7, 8, 11])
@@ -161,8 +161,17 @@ def test_eight_in_a_row_on_one_side_are_named_from_the_eighth_on(run):
     expected = [12 + i for i in range(RUN - 1, run)]
     assert chart.one_side.tolist() == expected
     assert all(
-        ONE_SIDE in rules for place, rules in chart.rules_broken().items() if place in expected
+        ONE_SIDE in rules for place, rules in chart.rules_broken(200).items() if place in expected
     )
+
+
+def test_points_beyond_a_limit_are_named_before_those_on_one_side():
+    values = np.concatenate([np.zeros(100), np.ones(100)]) + np.tile([0.4, -0.4], 100)
+    values[150] = 9.0
+    chart = control_chart(values)
+    few = chart.rules_broken(3)
+    assert 150 in few and BEYOND in few[150] and len(few) == 3
+    assert chart.broken == len(chart.rules_broken(10_000)) > 100
 
 
 @given(samples(2))
@@ -232,6 +241,12 @@ def test_a_thinned_line_keeps_both_ends_of_the_values(values):
 
 
 # --- groups
+
+
+def test_words_that_read_as_numbers_stay_words():
+    assert Column("campaign", ["2024", "2025"]).numbers is None
+    assert Column("campaign", ["2024", "2025"]).filled().all()
+    assert Column("insulator", [0.002, "none"]).numbers is None
 
 
 def test_few_values_are_groups_of_their_own_and_missing_ones_another():
