@@ -62,6 +62,8 @@ _LABELS = {
     "velocity_m_s": "impact velocity",
     "width_half_s": "width at half of the peak",
     "spline_peak_force_n": "peak of the spline",
+    "srs_peak_m_s2": "SRS peak",
+    "srs_peak_frequency_hz": "frequency of the SRS peak",
     "mean_peak_n": "mean peak",
     "deviation_n": "standard deviation",
     "deviation_s": "standard deviation",

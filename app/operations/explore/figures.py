@@ -45,6 +45,8 @@ _CELL_MARKS = ((0.0, 4.0, 0.3), (1 / 64, 6.0, 0.5), (1 / 16, 8.0, 0.7), (1 / 4, 
 #: Diameters in px of points, and of rings about them; of more than these they are smaller.
 _POINT_PX, _SMALL_POINT_PX, _RING_PX, _SMALL_RING_PX = 5.0, 3.0, 12.0, 7.0
 _MANY = 600
+#: Points of a line in order, and rings of each rule: a page has no room for more.
+_MOST_OF_LINE = 2_000
 #: Bars of boxes, as parts of the distance between levels.
 _BOX = 0.64
 
@@ -273,8 +275,8 @@ def _control(data: ChartData, rows: SubjectRows, log_y: bool) -> DrawnChart:
     if chart is None:
         series = tuple(_points(data, rows, np.arange(data.rows.size), (1.0, scale)))
         return DrawnChart((Plot(title, x_axis, y_axis, series),), data.rows.size)
-    drawn = thin_line(chart.values)
-    broken = thin_outliers(chart.values[chart.beyond])
+    drawn = thin_line(chart.values, _MOST_OF_LINE)
+    broken = thin_outliers(chart.values[chart.beyond], _MOST_OF_LINE)
     marked = [
         (chart.beyond[broken], BEYOND, ColourRole.CATEGORY_1),
         (_spread(chart.one_side), ONE_SIDE, ColourRole.CATEGORY_3),
@@ -291,9 +293,9 @@ def _control(data: ChartData, rows: SubjectRows, log_y: bool) -> DrawnChart:
         _limits((("centre", chart.centre), ("limit", chart.lower), ("limit", chart.upper)), scale,
                 positive=log_y),
     )  # fmt: skip
-    ranges = thin_line(chart.moving_range)
+    ranges = thin_line(chart.moving_range, _MOST_OF_LINE)
     beyond = chart.range_beyond - 1
-    beyond = beyond[thin_outliers(chart.moving_range[beyond])]
+    beyond = beyond[thin_outliers(chart.moving_range[beyond], _MOST_OF_LINE)]
     display = display_of(data.y.key)
     lower = Plot(
         f"Moving range of {data.y.heading}",
@@ -317,9 +319,9 @@ def _control(data: ChartData, rows: SubjectRows, log_y: bool) -> DrawnChart:
 
 def _spread(places: NDArray[np.intp]) -> NDArray[np.intp]:
     """Places (k,), evenly taken where they are more than can be drawn."""
-    if places.size <= MOST_POINTS:
+    if places.size <= _MOST_OF_LINE:
         return places
-    return places[np.linspace(0, places.size - 1, MOST_POINTS).astype(np.intp)]
+    return places[np.linspace(0, places.size - 1, _MOST_OF_LINE).astype(np.intp)]
 
 
 def _rings(

@@ -128,7 +128,9 @@ def test_a_control_chart_selects_by_order_and_a_distribution_by_its_axis_alone(b
 def test_a_button_lets_dragging_zoom_and_clearing_takes_the_rectangle_away(browser, lab):
     with page_of(browser, lab, width=1400) as page:
         at(page, SCATTER)
+        # words that a first drag selects would be dragged along by the second
         drag(page, (0.2, 0.2), (0.7, 0.7))
+        drag(page, (0.1, 0.05), (0.8, 0.8))
         page.click("#clear-selection")
         page.wait_for_selector("#nothing-selected")
         assert page.evaluate(_SELECTED) == [] and not page.locator(".brush").is_visible()

@@ -47,7 +47,7 @@ def test_the_page_opens_with_a_scatter_of_all_impacts(filled: Lab) -> None:
     ("query", "heading", "count"),
     [
         ("subject=shots", "measured velocity (m/s)", SHOTS),
-        ("subject=channels", "srs peak frequency (Hz)", 1),
+        ("subject=channels", "frequency of the SRS peak (Hz)", 1),
         ("subject=models&kind=levels", "force NRMSE", 2),
         ("kind=control&y=impulse_n_s", "impulse (N s)", IMPACTS),
         ("kind=levels&x=tip_material&y=peak_force_n", "peak force (kN)", 20),

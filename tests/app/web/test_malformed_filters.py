@@ -108,8 +108,12 @@ def _addresses() -> list[str]:
     addresses = [
         f"/api{declared.route[1]}?"
         for declared in operations()
-        if declared.route and "where" in declared.request.model_fields
+        if declared.route
+        and declared.route[0] == "GET"
+        and "where" in declared.request.model_fields
     ]
+    # these read the whole request of their operation, as its JSON route does
+    addresses += ["/explore?", "/explore/selection?"]
     for prefix, modules in (("", PAGES), ("/api", _API)):
         for route in (route for module in modules for route in module.router.routes):
             if "where" in {field.alias for field in route.dependant.query_params}:
@@ -120,8 +124,8 @@ def _addresses() -> list[str]:
 
 def test_the_routes_with_filters_are_these() -> None:
     assert sorted(_addresses()) == [
-        "/api/impacts?", "/api/shots?", "/campaigns/hammer/export?what=impacts&", "/compare?",
-        "/impacts?", "/shots?",
+        "/api/explore?", "/api/impacts?", "/api/shots?", "/campaigns/hammer/export?what=impacts&",
+        "/compare?", "/explore/selection?", "/explore?", "/impacts?", "/shots?",
     ]  # fmt: skip
 
 
@@ -150,7 +154,7 @@ def test_a_malformed_filter_is_400_with_a_line(client: TestClient, word: str) ->
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_no_filter_is_a_fault_of_the_server(client: TestClient, word: str) -> None:
-    for address in ("/api/impacts?", "/impacts?", "/api/shots?"):
+    for address in ("/api/impacts?", "/impacts?", "/api/shots?", "/explore?"):
         answer = _ask(client, address, word)
         assert answer.status_code in (200, 400, 404, 422), (address, answer.text[:300])
 
