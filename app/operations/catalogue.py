@@ -30,6 +30,8 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "query": ("store.question", "QUERY", "query"),
     "material-list": ("store.materials", "MATERIAL_LIST", "materials list"),
     "material-add": ("store.materials", "MATERIAL_ADD", "materials add"),
+    "home-pictures": ("home.pictures", "HOME_PICTURES", "home list"),
+    "home-arrange": ("home.pictures", "HOME_ARRANGE", "home arrange"),
     "plugins": ("store.plugins", "PLUGINS", "plugins"),
     "job-list": (".jobs.job_operations", "JOB_LIST", "jobs list"),
     "job-show": (".jobs.job_operations", "JOB_SHOW", "jobs show"),

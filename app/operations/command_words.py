@@ -53,6 +53,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "work": "Do the long work that was asked for.",
         "jobs": "List the long work; show, stop or delete a job.",
         "db": "Check, copy and upgrade a store; carry campaigns.",
+        "home": "List the pictures of the first page; choose and order them.",
         "plugins": "List the readers, effects and models that other packages add.",
         "demo": "Show the product in five chapters.",
     },
@@ -83,6 +84,7 @@ NOUNS = {
     "pyroshock models --promotions",
     "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
     "jobs": "pyroshock jobs --last 50",
+    "home": "pyroshock home\npyroshock home arrange --pictures runs-by-plan",
     "views": "pyroshock views\npyroshock views show force-by-velocity",
     "db": "pyroshock db check --fast",
 }

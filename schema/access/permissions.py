@@ -29,8 +29,9 @@ CHANGED_COLUMNS = {
     "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", "known_facts", *_BY_SOFTWARE),
 }
 #: Figures that are computed from the samples, and replaced when they are computed anew; and
-#: versions of models that are deleted in their registry.
-DELETED_FROM = ("channel_figures", "registered_versions")
+#: versions of models that are deleted in their registry; pictures of the first page, which are
+#: ordered anew.
+DELETED_FROM = ("channel_figures", "registered_versions", "home_pictures")
 #: Functions of the store that an operator may call, with the types of their arguments.
 FUNCTIONS = (
     "pyroshock_delete_set_aside(integer)",

@@ -100,7 +100,7 @@ RULES = (
 
 #: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job
 #: is a machine's, a tombstone tells of what that store no longer has, a model is in a registry of
-#: its own, and a saved view is of all that its store holds.
+#: its own, and a saved view and the pictures of the first page are of all that its store holds.
 STAY_BEHIND = frozenset(
     {
         "dataset_snapshots",
@@ -110,6 +110,7 @@ STAY_BEHIND = frozenset(
         "tombstones",
         "registered_versions",
         "saved_views",
+        "home_pictures",
     }
 )
 #: Follow from the rows that were taken: who wrote them, and how many there are.

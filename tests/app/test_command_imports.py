@@ -55,6 +55,7 @@ LISTS: dict[str, list[tuple[str, tuple[str, ...]]]] = {
         ("predict --campaign no-such-campaign", STORE),
         ("predict --tip no-such-material", STORE),
         ("views list", STORE),
+        ("home list", STORE),
         ("plan factorial sheets", (*STORE, *ARRAYS)),
         ("predict --impact-position #99", (*STORE, *ARRAYS)),
         ("explore --kind control", (*STORE, *ARRAYS)),

@@ -154,7 +154,7 @@ COMMAND_LINES = (
     "plans list", "datasets list", "diagnoses list",
     "db backup kept", "models recover",
     "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv",
-    "plan quality autumn", "plan list", "explore", "views list",
+    "plan quality autumn", "plan list", "explore", "views list", "home list",
 )  # fmt: skip
 #: These open no store, or one of their own.
 WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo", "plugins"}

@@ -22,6 +22,7 @@ from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
+from pyroshock.schema.home_pictures import HomePictureRow
 from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
@@ -197,6 +198,11 @@ def add_saved_views(store: Store) -> None:
             )
 
 
+def add_home_pictures(store: Store) -> None:
+    with store.writing() as session:
+        session.add(HomePictureRow(picture="runs-by-plan", position=1))
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -213,6 +219,7 @@ def main() -> int:
             add_tombstone(store)
             add_registered_version(store)
             add_saved_views(store)
+            add_home_pictures(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -136,6 +136,8 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "run-discard": {"campaign": "shelf", "recording": recording_name(2), "reason": "loose plate"},
     "explore": {"kind": "control", "y": "peak_force_n", "colour": "run", "select_y": "0:1e6"},
     "view-list": {},
+    "home-pictures": {},
+    "home-arrange": {"pictures": ["runs-by-plan", "models-in-use"]},
     "view-show": {"name": "force"},
     "view-save": {"name": "time", "x": "peak_force_n", "y": "contact_time_s", "log_y": True},
     "view-rename": {"name": "force", "new_name": "peaks"},

@@ -11,6 +11,7 @@ import numpy as np
 from pyroshock.schema.campaign_counts import recount
 from pyroshock.schema.column_kinds import JSON_TEXT, NUMBER, TEXT, TIME, kind_of
 from pyroshock.schema.engine import make_engine
+from pyroshock.schema.home_pictures import HomePictureRow
 from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.jobs import DONE, FAILED, Job
 from pyroshock.schema.provenance import RECORDING, Tombstone
@@ -113,6 +114,7 @@ def _add_rows(session: Session) -> None:
             ),
             Job(**ended, **times, state=FAILED, error="e"),
             registered_version(),
+            HomePictureRow(picture="runs-by-plan", position=1),
             SavedView(name="view", creator="c", request={"x": "run"}, saved_at=WHEN),
             Tombstone(
                 kind=RECORDING,
