@@ -136,9 +136,14 @@ def _adoption(verdict: Verdict) -> Sentence:
         )
     if not fraction >= _WORTH_ADOPTING:
         gone = Number("gone", max(fraction, 0.0), "share")
+        members = {effect.id for effect in best.effects}
+        if any(members.isdisjoint(own.effects) for own in verdict.cause_sets):
+            # The number is of what can be adopted, which is a part of what was established.
+            subjects = join_words([effect_subject(effect.id) for effect in best.effects])
+            names = f"{subjects}, the part of it whose parameters the parts can have,"
         return Sentence(
-            f"Do not adopt {names} yet: only {gone} of the error disappears on configurations that "
-            "the fit has not seen.",
+            f"Do not adopt {names} yet: only {gone} of the error disappears with it on "
+            "configurations that the fit has not seen.",
             (gone,),
             EXCEEDS,
             {"value": _WORTH_ADOPTING, "limit": fraction},

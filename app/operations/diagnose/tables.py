@@ -28,8 +28,6 @@ Row = dict[str, Any]
 
 SIZES, SETS = "Size of the model error", "Sets of effects of which at least one acts"
 CAUSES, HELD_OUT = "Causes", "On configurations that the fit has not seen"
-#: What the first sentences take their numbers from.
-OF_SENTENCES = (SIZES, SETS, CAUSES, HELD_OUT)
 
 
 def tables(verdict: Verdict) -> tuple[ResultTable | Lines, ...]:
