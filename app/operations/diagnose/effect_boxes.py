@@ -91,15 +91,17 @@ def figures_with(
             }
             for figure in figures
         ],
-        "words": with_words(names),
+        "words": shown_words(verdict, names),
     }
 
 
-def with_words(names: Sequence[str]) -> str:
+def shown_words(verdict: Verdict, names: Sequence[str]) -> str:
     """What is shown, above the waterfall."""
     if not names:
         return "Shown: the nominal model, without any effect."
-    return f"Shown: the model with {join_words([added_words(name) for name in names])}."
+    if frozenset(names) == frozenset(path_names(verdict)):
+        return "Shown: the effects of the report, the largest share first."
+    return f"Shown: {join_words([added_words(name) for name in names])}."
 
 
 def job_words(verdict: Verdict) -> str:

@@ -8,7 +8,7 @@ from ...common.number_format import join_words
 from ..sentence import Number, Sentence
 from .statements import CAUSE, FIRST, MAKES_ERROR, answer, is_agreement, is_unknown
 from .waterfall import short_names
-from .wording import MOST_NAMES, sentence_start
+from .wording import ACTS, MOST_NAMES, WHOLE_ANSWER, sentence_start
 
 
 def headline(verdict: Verdict) -> tuple[Sentence, ...]:
@@ -29,11 +29,11 @@ def _cause(verdict: Verdict, causes: list[EffectSet]) -> Sentence:
     verb = "cause" if len(names) > 1 else "causes"
     evidence = {"evidence": tuple(verdict.held_out(own) for own in causes)}
     if is_whole_answer(verdict):
-        number = Number("probability of the whole answer", verdict.first.probability, "share")
+        number = Number(WHOLE_ANSWER, verdict.first.probability, "share")
         sure = f"that this is the whole answer has a probability of {number}"
     else:
         least = min(causes, key=lambda own: own.inclusion)
-        number = Number("probability that it acts", least.inclusion, "share")
+        number = Number(ACTS, least.inclusion, "share")
         sure = (
             f"each acts with a probability of at least {number}, if the catalogue has every cause"
             if len(causes) > 1
@@ -60,7 +60,8 @@ def _unknown(verdict: Verdict, in_part: bool) -> Sentence:
     )
     others = [cause.probability for cause in verdict.causes[1:]]
     return Sentence(
-        f"{start}: that the cause is outside of the catalogue has a probability of {number}.",
+        f"{start}: that the cause is unknown, outside of the catalogue, has a probability of "
+        f"{number}.",
         (number,),
         FIRST,
         {"probability": verdict.first.probability, "others": others},
@@ -85,6 +86,6 @@ def size_words(verdict: Verdict, configurations: int) -> str:
     gap = verdict.gap
     where = f" over {configurations} configurations" if configurations else ""
     return (
-        f"Size: {gap.metric}{where}. The figures below are in tolerances of this size; every error "
-        "with effects is measured on configurations that the fit has not seen."
+        f"Size: {gap.metric}{where}. Errors with effects are those of configurations that the fit "
+        "has not seen."
     )

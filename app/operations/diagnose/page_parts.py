@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from ...common.number_format import join_words, percent, percent_range
+from ...common.number_format import join_words, percent
 from ...twins.adopted_effects import adoptable_names, effects_of_stages
 from ..operation import ResultTable
 from .effect_boxes import (
@@ -17,13 +17,14 @@ from .effect_boxes import (
     computed_names,
     effect_boxes,
     job_words,
+    shown_words,
     ticked_at_first,
-    with_words,
 )
 from .headline import headline, size_words
 from .place_figure import place_plot
 from .recommendations import next_experiment, next_steps
 from .report import section_html
+from .report_charts import curve_plot, residual_plot
 from .request import restrictions_among
 from .residual_figures import (
     largest_residual,
@@ -32,7 +33,7 @@ from .residual_figures import (
     run_points,
 )
 from .share_figure import share_figure
-from .statements import answer, is_agreement, own_error, summary
+from .statements import answer, drawn_effects, is_agreement, own_error, summary
 from .tables import tables
 from .waterfall import computed_set, level_table, path_names, waterfall_plot
 from .wording import effect_subject, set_name, spell_sets
@@ -73,10 +74,7 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
     for stage, name, quantity in _STAGES[:-1]:
         if stage in shares:
             share = shares[stage]
-            note = (
-                f"share {percent_range(*share.ci90)}; own error "
-                f"{own_error(share.own, share.own_ci90)} tolerances"
-            )
+            note = f"own error {own_error(share.own, share.own_ci90)} tolerances"
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))
@@ -140,6 +138,8 @@ class DiagnosisParts:
     adoptable: Mapping[str, str] = field(default_factory=dict)
     sentences: Sequence[str] = ()
     numbers: Sequence[ResultTable] = ()
+    records: Sequence[Plot] = ()
+    record_words: str = ""
     sections: Sequence[FoldedSection] = ()
     assumptions: Sequence[str] = ()
     explained: bool = False
@@ -157,7 +157,14 @@ def parts_of(
     """All that the page draws. `impacts`: the store's number of an impact by run and repetition;
     `names`: the effects that are ticked, by default those of the report's path; `restricted_to`:
     the effects that the diagnosis considered alone."""
-    from .report import ASSUMPTIONS, EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, NEXT_EXPERIMENT
+    from .report import (
+        ASSUMPTIONS,
+        EFFECT_COLUMNS,
+        EFFECTS,
+        FIRST_SECTIONS,
+        NEXT_EXPERIMENT,
+        RESIDUALS,
+    )
     from .report import sections as report_sections
 
     points = run_points(verdict, impacts)
@@ -166,11 +173,11 @@ def parts_of(
     not_computed = ""
     if names is not None and computed_set(verdict, ticked) is None and ticked:
         shown = ticked_at_first(verdict)
-        not_computed = f"This combination was not computed. {with_words(shown)}"
+        not_computed = f"This combination was not computed. {shown_words(verdict, shown)}"
     is_path = verdict.what_if is None or frozenset(shown) == frozenset(path_names(verdict))
     steps = [item.text for item in next_steps(verdict)]
     experiment = [item.text for item in next_experiment(verdict)]
-    left_out = (EFFECTS, ASSUMPTIONS, FIRST_SECTIONS[0], NEXT_EXPERIMENT)
+    drawn_above = (EFFECTS, ASSUMPTIONS, *FIRST_SECTIONS, NEXT_EXPERIMENT, RESIDUALS)
     return DiagnosisParts(
         headline=[item.text.replace(" %", "\u00a0%") for item in headline(verdict)],
         size_words=size_words(verdict, len(verdict.pictures.configurations)),
@@ -186,7 +193,9 @@ def parts_of(
         boxes=effect_boxes(verdict),
         ticked=ticked,
         of_report=ticked_at_first(verdict, restricted_to),
-        shown_words=with_words(shown if verdict.what_if is not None else path_names(verdict)),
+        shown_words=shown_words(
+            verdict, shown if verdict.what_if is not None else path_names(verdict)
+        ),
         not_computed=not_computed,
         computed=computed_names(verdict),
         computed_rows=list(level_table(verdict)),
@@ -196,10 +205,12 @@ def parts_of(
         adoptable={name: _adoptable_words(name) for name in adoptable_names(verdict)},
         sentences=[item.text for item in answer(verdict)],
         numbers=[part for part in tables(verdict) if isinstance(part, ResultTable)],
+        records=_records(verdict),
+        record_words=drawn_effects(verdict),
         sections=[
             FoldedSection(section.title, section_html(section))
             for section in report_sections(verdict)
-            if section.title not in left_out
+            if section.title not in drawn_above
         ],
         assumptions=verdict.assumptions,
         explained=bool(verdict.effects),
@@ -207,6 +218,15 @@ def parts_of(
         rows=_rows(verdict),
         lacks=lacks(verdict),
     )
+
+
+def _records(verdict: Verdict) -> list[Plot]:
+    """Records beside their simulation; of an older diagnosis, which has no runs, the residuals of
+    its configurations first."""
+    pictures = verdict.pictures
+    residuals = pictures.residuals if verdict.what_if is None else ()
+    plots = [residual_plot(picture, pictures.configurations) for picture in residuals]
+    return [*plots, *(curve_plot(picture) for picture in pictures.curves)]
 
 
 def _computed_only(verdict: Verdict, names: Sequence[str]) -> Sequence[str]:

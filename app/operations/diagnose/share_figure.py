@@ -11,13 +11,12 @@ from ....diagnosis.verdict import EffectShare, Verdict
 from ...common.number_format import percent, percent_with_range
 from ...figures.figure import ColourRole, Plot, PlotAxis
 from .report_charts import BarRow, bars_plot
-from .waterfall import short_names
+from .waterfall import bars_height, short_names
 
 #: Bars at most: the table has all effects.
 _MOST_ROWS = 10
 #: An effect of no set with a smaller share has no bar.
 _LEAST_SHARE = 0.005
-_ROW, _AXIS = 42, 48
 
 
 def share_bars(verdict: Verdict) -> tuple[BarRow, ...]:
@@ -69,4 +68,4 @@ def share_figure(verdict: Verdict) -> Plot | None:
         return None
     axis = PlotAxis("share of the squared error, 90 % intervals", "%")
     plot = bars_plot("Shares of the sets of effects", axis, rows)
-    return replace(plot, height=_AXIS + _ROW * len(rows))
+    return replace(plot, height=bars_height(len(rows)))

@@ -15,8 +15,9 @@ from ...figures.figure import ColourRole, Plot, ReferenceLine
 from .report_charts import BarRow, bars_plot, learned_rows, path_axis
 from .wording import effect_subject
 
-#: Px of a page for a bar with its name, and for the axis.
-_ROW, _AXIS = 42, 48
+#: Px of a page for a bar with its name, fewer where there are many, and for the axis: sentences and
+#: bars are together as high as a screen.
+_MOST_ROW, _LEAST_ROW, _ROWS, _AXIS = 42.0, 29.0, 320.0, 48.0
 
 
 @dataclass(frozen=True)
@@ -179,8 +180,13 @@ def waterfall_plot(verdict: Verdict, names: Sequence[str] | None = None) -> Plot
             for label in plot.labels
         ),
         reference_lines=lines,
-        height=_AXIS + _ROW * len(rows),
+        height=bars_height(len(rows)),
     )
+
+
+def bars_height(rows: int) -> float:
+    """Px of a figure with so many bars."""
+    return _AXIS + rows * min(max(_ROWS / max(rows, 1), _LEAST_ROW), _MOST_ROW)
 
 
 #: The axis is so much longer than the bars, for their values beside them.

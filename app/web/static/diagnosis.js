@@ -11,12 +11,13 @@ document.addEventListener("DOMContentLoaded", () => {
 
   // --- bars on a telephone: the value of a bar stands on a line of its own, below its name
   const narrow = matchMedia("(max-width: 40rem)"),
-    LINE = 16;
+    LINE = 16,
+    AXIS = 48;
   const fitted = (figure) => {
     const rows = figure.y.categories.length;
     if (!narrow.matches || !rows) return figure;
     const height = figure.height + LINE * rows,
-      up = LINE / ((height - 48) / rows);
+      up = (LINE * rows) / (height - AXIS);
     const labels = figure.labels.map((own) =>
       own.anchor === "end"
         ? { ...own, anchor: "start", x: figure.x.limits[0], role: "quiet" }

@@ -88,6 +88,7 @@ def odd() -> Verdict:
 WHOLE = {
     "whole": verdicts.verdict(),
     "gun": verdicts.gun(),
+    "explored": verdicts.explored(),
     "unknown": verdicts.unknown(),
     "none": verdicts.none(),
 }

@@ -185,7 +185,7 @@ def test_effects_that_were_not_computed_together_are_said_and_not_shown(pages: W
     answer = pages[0].get("/diagnoses/3/figures", params=chosen, headers={"X-Pyroshock-Form": "1"})
     assert answer.status_code == 404 and "was not computed" in answer.text
     page = pages[0].get("/diagnoses/3", params=chosen).text
-    assert "This combination was not computed. Shown: the model with flow resistance" in page
+    assert "This combination was not computed. Shown: the effects of the report" in page
     assert waterfall_of(data_of(page, "waterfall-data"))["what remains"] == 1.26
 
 
@@ -251,8 +251,8 @@ def test_the_headline_says_what_how_sure_and_on_which_data(pages: Window) -> Non
         "seen."
     )
     assert headline(verdicts.unknown())[1].text == (
-        "No effect of the catalogue explains it: that the cause is outside of the catalogue has a "
-        "probability of 90 %."
+        "No effect of the catalogue explains it: that the cause is unknown, outside of the "
+        "catalogue, has a probability of 90 %."
     )
     assert headline(verdicts.none())[0].text.startswith("Model and measurement agree")
     text = pages[0].get("/diagnoses/3").text
