@@ -15,7 +15,7 @@ from pyroshock.app.operations.diagnose.stored import kept_verdict
 from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.impacts import Impact
-from pyroshock.twin.effects import effect
+from pyroshock.twin.effects import Effect, effect
 from sqlalchemy import select
 from support.processes.browsers import Lab, at, drawn, page_of, screenshot, served, until
 from support.records import verdicts
@@ -26,17 +26,17 @@ from support.stores.stores import ingested, opened
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 SCREEN = {"width": 1400, "height": 900}
-#: Diagnoses of the store: one that the library makes of a gun whose valve throttles, and made-up
-#: ones with runs that have impacts, without any cause, with an unknown one, with effects that
-#: cannot be told apart, and of an earlier version.
-MADE, WITH_IMPACTS, NONE, UNKNOWN, GROUP, EARLIER = range(1, 7)
-ALL = (MADE, WITH_IMPACTS, NONE, UNKNOWN, GROUP, EARLIER)
-_TOLERANCES = "gun.valve_flow", "gun.back_pressure", "sensor.velocity_gain"
+#: Diagnoses of the store: those that the library makes of a gun whose valve throttles and of one
+#: that is as the model has it; made-up ones with runs that have impacts, without any cause, with an
+#: unknown one, with effects that cannot be told apart, and of an earlier version.
+MADE, WITH_IMPACTS, NONE, UNKNOWN, GROUP, EARLIER, AGREES = range(1, 8)
+ALL = (MADE, WITH_IMPACTS, NONE, UNKNOWN, GROUP, EARLIER, AGREES)
+_EFFECTS = "gun.valve_flow", "gun.back_pressure", "sensor.velocity_gain"
 
 
-def made_diagnosis() -> Verdict:
-    record = gun_record([effect("gun.valve_flow", loss_coefficient=8.0)])
-    options = Options(catalogue=_TOLERANCES, explore=True)
+def made_diagnosis(*effects: Effect) -> Verdict:
+    record = gun_record(effects)
+    options = Options(catalogue=_EFFECTS, explore=True)
     return diagnose(replace(record, name="spring"), options=options)
 
 
@@ -48,12 +48,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     ingested(db, hammer_campaign(folder / "blows", 6, 2, "blows"))
     with opened(db) as store:
         for verdict in (
-            made_diagnosis(),
+            made_diagnosis(effect("gun.valve_flow", loss_coefficient=8.0)),
             verdicts.explored(campaign="blows"),
             verdicts.none(),
             verdicts.unknown(),
             verdicts.verdict(),
             verdicts.gun(),
+            made_diagnosis(),
         ):
             keep(store, verdict)
     with served(db, folder) as window:
@@ -116,7 +117,7 @@ def test_ticked_effects_show_the_error_that_the_library_computed(browser, lab):
         for names in (
             {"gun.back_pressure"},
             {"gun.back_pressure", "sensor.velocity_gain"},
-            set(_TOLERANCES),
+            set(_EFFECTS),
             set(),
             {"gun.valve_flow"},
         ):

@@ -690,10 +690,9 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     key = keep(filled.store, verdicts.gun(campaign=GUN))
     page = Page(filled.client.get(f"/diagnoses/{key}").text)
     assert summary(verdicts.gun()) in page.text
-    charts = [drawing["aria-label"] for drawing in page.of("svg")]
-    path, shares = charts[:2]
-    assert path.startswith("The path of the model error: ") and "what remains" in path
-    assert shares.startswith("Shares of the effects: ") and "unexplained" in shares
+    charts = {figure["id"]: figure["aria-label"] for figure in page.of("figure")}
+    assert charts["waterfall"].startswith("The error in tolerances on configurations that the fit")
+    assert charts["shares"].startswith("Shares of the squared error of all configurations")
     boxes = {box["value"] for box in page.of("input") if box.get("name") == "with_effects"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
