@@ -69,9 +69,16 @@ document.addEventListener("DOMContentLoaded", () => {
       const { chart } = plot("residuals"),
         held = chart && chart.held;
       if (event.key !== "Enter" || !held) return;
-      const own = chart.shown().filter((series) => !series.silent && series.labels)[0];
-      if (own && own.labels[held.index])
-        name({ words: own.labels[held.index], address: addresses[held.index] });
+      // As the chart's own cursor counts them: curves with points, and points with numbers.
+      const curves = chart
+        .shown()
+        .filter((own) => !own.silent)
+        .map((own) => pyroshockMarks.KINDS[own.kind].read(own).filter(([x, y]) => Number.isFinite(x) && Number.isFinite(y)))
+        .filter((points) => points.length);
+      const words = ((curves[held.curve] || [])[held.index] || [])[2],
+        { labels } = chart.figure.series.find((own) => own.labels),
+        index = labels.indexOf(words);
+      if (index >= 0) name({ words, address: addresses[index] });
     });
   }
 

@@ -188,6 +188,11 @@ def test_pointer_names_the_run_and_a_click_leads_to_its_impact(browser, lab):
         assert "aluminum, 0.3 bar" in tip
         page.mouse.click(*place)
         assert "run 3.2" in page.inner_text("#point")
+        page.focus("#residuals .canvas")
+        for key in ("ArrowRight", "ArrowRight", "Enter"):
+            page.keyboard.press(key)
+        assert "run 1.2" in page.inner_text("#point")
+        page.mouse.click(*place)
         page.click("#point-impact")
         page.wait_for_url(f"**/impacts/{impact}")
 
