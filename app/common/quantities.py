@@ -74,6 +74,7 @@ _LABELS = {
     "force_rmse_n": "force RMSE",
     "force_nrmse": "force NRMSE",
     "centroid_s": "centroid in time",
+    "cost": "cost, elements of 1,000 that miss the pulse",
 }
 #: Of materials, also of tip and plate: by the end of the key.
 _MATERIAL_UNITS = {"youngs_modulus_pa": ("GPa", 1e-9), "yield_strength_pa": ("MPa", 1e-6)}

@@ -1,12 +1,11 @@
-"""Models: those in use, versions side by side, one version's held-out pulses, and promotions with
-their reasons."""
+"""Models: those in use, one version with its held-out pulses, and promotions with their reasons."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import Response
@@ -15,7 +14,6 @@ from ...dataset.catalog import list_snapshots, list_withdrawals
 from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
-from ...training.evaluation.metrics import METRICS
 from ...training.registry.listing import chosen, newest
 from ..common.model_registry import (
     models_extra,
@@ -25,8 +23,6 @@ from ..common.model_registry import (
     withdrawn_words,
 )
 from ..common.quantities import velocities_of
-from ..operations.faults import read
-from ..operations.laboratory import Laboratory
 from ..operations.train.charts import (
     against_figure,
     coverage_figure,
@@ -38,8 +34,6 @@ from ..operations.train.charts import (
     search_figure,
     training_figures,
 )
-from ..operations.train.compare import COMPARE, MOST_COMPARED, Comparing
-from ..operations.train.comparing import MOST_EACH_WITH_EACH
 from ..operations.train.figures import (
     compared_to,
     evaluated_figures,
@@ -55,9 +49,6 @@ from ..operations.train.searches import (
 )
 from ..operations.train.wording import (
     bounded,
-    common_split,
-    comparison_sentences,
-    comparison_tables,
     is_warned_of,
     metric_cell,
     share,
@@ -187,82 +178,6 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
             "beyond": [row["label"] for row in leads if row not in near],
         }
     return None
-
-
-@router.get("/models/compare", dependencies=[Depends(STORE_AND_MODELS)])
-def compare(
-    request: Request,
-    store: OpenStore,
-    settings: Configured,
-    version: Annotated[list[str], Query()] = [],  # noqa: B006
-    split: Word = "",
-) -> Response:
-    status, fault, comparison, rows = 200, "", None, []
-    with models_extra():
-        registry = registry_at(settings.db)
-        choices = [] if registry is None else version_rows(registry, registry.versions())
-        if version and registry is not None:
-            try:
-                values = {"version": version, "split": split or None}
-                comparing = read(Comparing, values, "network")
-                laboratory = Laboratory(store, settings.db)
-                comparison = COMPARE.answer(comparing, laboratory, lambda *_: None)
-                rows = version_rows(registry, comparison.comparisons.versions)
-            except (LookupError, ValueError) as error:
-                status, fault = (404 if isinstance(error, LookupError) else 422), str(error)
-    plain = None if comparison is None else comparison.plain
-    chosen_rows = {(row["label"], row["split"]) for row in rows}
-    return page(
-        request,
-        "models_compare.html",
-        status=status,
-        choices=choices,
-        chosen=chosen_rows or _ticked_rows(version, split, choices),
-        split="" if plain is None else common_split(plain),
-        most=MOST_COMPARED,
-        fault=fault,
-        found=plain,
-        result=None if plain is None else _comparison(plain, rows),
-        **_WORDS,
-    )
-
-
-def _ticked_rows(
-    ticked: Sequence[str], split: str, choices: Sequence[Mapping[str, Any]]
-) -> set[tuple[str, str | None]]:
-    """The rows of the list to tick, of texts such as "svr@1 configurations": of a version without a
-    split, the first row that it has there."""
-    first_split = {row["label"]: row["split"] for row in reversed(choices)}
-    pairs = (text.partition(" ")[::2] for text in ticked)
-    return {(label, own or split or first_split.get(label)) for label, own in pairs}
-
-
-#: What the page of a comparison draws and says.
-_COMPARED = ("force_nrmse", "contact_time_error")
-
-
-def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What the page of a comparison says and draws: sentences about the best version, forest plots,
-    tables, and the versions that can be promoted."""
-    differences = comparison["differences"]
-    best = comparison["models"][0]["label"]
-    of_best = [row for row in differences if best in (row["a"], row["b"])]
-    in_use = sorted(row["label"] for row in rows if row["champion"])
-    compared_with_all = len(rows) <= MOST_EACH_WITH_EACH
-    reference = in_use[0] if in_use and compared_with_all else best
-    return {
-        "sentences": list(comparison_sentences({**comparison, "differences": of_best}, _COMPARED)),
-        "reference": reference,
-        "figures": {
-            metric: difference_figure(
-                differences_to(reference, differences, metric), reference, metric
-            )
-            for metric in _COMPARED
-        },
-        "rows": rows,
-        "tables": comparison_tables(comparison, METRICS),
-        "candidates": [row for row in rows if not row["champion"] and not row["not_usable"]],
-    }
 
 
 @router.get("/models/{name}/{version}", dependencies=[Depends(STORE_AND_MODELS)])

@@ -33,6 +33,7 @@ from ..operations.faults import Fault, RequestError
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
 from ..pages import campaigns as campaign_pages
+from ..pages import compare_models as compare_models_pages
 from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
 from ..pages import export as export_pages
@@ -81,6 +82,7 @@ PAGES = (
     jobs_pages,
     api_pages,
     train_pages,
+    compare_models_pages,
     dataset_pages,
     train_deletion_pages,
     predict_pages,

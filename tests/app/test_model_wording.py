@@ -107,12 +107,12 @@ def test_the_better_version_is_named_only_beyond_chance():
     said = difference_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
     assert said.text == (
         "gp@1 is better than tree@1 in the force error on configurations that they have not seen: "
-        "4.4 % against 5 %; the difference of the errors is 0.6 % (90 % interval 0.25 % to "
-        "0.95 %); p is 0.01."
+        "4.4 % against 5 %; the difference of the errors is 0.6 % points (90 % interval "
+        "0.25 % points to 0.95 % points); p is 0.01."
     )
     said = difference_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044})
     assert "tree@1 and gp@1 cannot be told apart" in said.text
-    assert said.text.endswith("0.6 %, which may be chance; p is 0.3.")
+    assert said.text.endswith("0.6 % points, which may be chance; p is 0.3.")
     assert "have the same force error" in difference_sentence(pair(0.0), means).text
 
 

@@ -4,6 +4,7 @@ factor, their training."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -405,6 +406,8 @@ def comparison_figure(comparison: Comparison, metric: str = "force_nrmse") -> Pl
 
 
 def _percent_plot(title: str, rows: Sequence[Difference], names: Sequence[str]) -> Plot:
+    """An error is never negative, so that none is smaller by more than the whole other one."""
+    rows = [replace(row, low=max(row.low, -row.mean_b)) for row in rows]
     scales = [100 / row.mean_b if row.mean_b > 0 else np.nan for row in rows]
     return Plot(
         title,
