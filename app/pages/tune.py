@@ -23,11 +23,12 @@ from ..figures.page_renderer import figure_data
 from ..operations.form import controls
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
 from ..operations.sentence import REACHES
-from ..operations.tune.figures import target_figure, tuned_figure
+from ..operations.tune.figures import choices_figure, target_figure, tuned_figure
 from ..operations.tune.tuning import TUNE
 from ..operations.tune.verdict import (
     answer_sentences,
     best_sentences,
+    choice_sentences,
     next_steps,
     setting_words,
     tuning_tables,
@@ -136,7 +137,9 @@ def tuned(request: Request, job: Key, running: Running) -> Response:
         ],
         steps=next_steps(data),
         links=links,
+        choices=list(map(str, choice_sentences(data))),
         figure=tuned_figure(data) if data["proposals"] else None,
+        chosen=choices_figure(data) if data["proposals"] else None,
     )
 
 

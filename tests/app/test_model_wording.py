@@ -4,10 +4,12 @@ its lead."""
 from __future__ import annotations
 
 import pytest
+from pyroshock.app.figures.figure import BoxSeries, PointSeries
 from pyroshock.app.operations.train.charts import (
     difference_figure,
     differences_to,
     history_figure,
+    residual_figures,
     training_figures,
 )
 from pyroshock.app.operations.train.wording import (
@@ -144,3 +146,18 @@ def test_a_history_needs_two_versions_and_two_steps():
     }
     (sentence,) = training_figures(histories)
     assert sentence == "Learning curve of the contact force: loss after each step of the training"
+
+
+def test_a_level_of_few_pulses_is_shown_as_pulses_and_not_as_a_box():
+    """Quartiles of one pulse are that pulse, drawn as if more were known."""
+    labels = ["steel"] * 6 + ["PLA"]
+    columns = {
+        "peak_force_error": [0.1 * place for place in range(7)],
+        "factors": {"tip_material": labels},
+        "tip_material": labels,
+        "impact_velocity_m_s": [1.0 + place for place in range(7)],
+    }
+    box, pulses = residual_figures(columns)["by the levels of the factors"].series
+    assert isinstance(box, BoxSeries) and isinstance(pulses, PointSeries)
+    assert box.position.tolist() == [0.0] and len(box.samples[0]) == 6
+    assert pulses.x.tolist() == [1.0] and pulses.y.tolist() == pytest.approx([60.0])

@@ -251,7 +251,8 @@ def _outside(evidence: Evidence) -> list[Obstacle]:
 
 
 def _unmeasured(evidence: Evidence) -> Obstacle:
-    """Of the proposal that would be best, were only the scatter from shot to shot left.
+    """Of the first proposal that would do, were only the scatter from shot to shot left, else of
+    the one that would be best: the answer is about the best setting wherever that is enough.
 
     The sentence is about the line of it that is the least sure today.
     """
@@ -260,10 +261,13 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
         probability_met(p.level_db, shot_covariance, evidence.goal, evidence.normals)
         for p in evidence.kept
     ]
-    place = max(
-        range(len(without)),
-        key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]),
-    )
+    enough = (i for i, probability in enumerate(without) if probability >= evidence.at_least)
+    place = next(enough, None)
+    if place is None:
+        place = max(
+            range(len(without)),
+            key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]),
+        )
     best, margin = evidence.kept[place], evidence.goal.margin_db(evidence.kept[place].level_db)
     half_db = (best.upper_db - best.lower_db) / 2
     line = int(np.argmax(half_db - margin))

@@ -291,6 +291,8 @@ def importance_figure(importance: Importance) -> Plot:
 
 
 _PEAK_ERROR = PlotAxis("error of the peak force", "%")
+#: Pulses below which a box of quartiles would show more than was measured.
+_FEWEST_OF_A_BOX = 5
 
 
 def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
@@ -299,19 +301,18 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
     error = 100 * as_floats(residuals["peak_force_error"])
     figures = {}
     names: list[str] = []
-    boxes = []
+    series: list[PlotSeries] = []
     for i, (factor, labels) in enumerate(residuals["factors"].items()):
         levels = list(dict.fromkeys(labels))
-        samples = tuple(error[[label == level for label in labels]] for level in levels)
-        places = len(names) + np.arange(len(levels), dtype=np.float64)
+        samples = [error[[label == level for label in labels]] for level in levels]
         label = display_of(factor).label
+        series += _of_levels(len(names), samples, label, category(i))
         names += [f"{label}: {level}" for level in levels]
-        boxes.append(BoxSeries(places, samples, name=label, role=category(i)))
-    if boxes:
+    if series:
         levels_axis = PlotAxis("", categories=tuple(names))
         title = "Error of the peak force by level"
         figures["by the levels of the factors"] = Plot(
-            title, levels_axis, _PEAK_ERROR, tuple(boxes)
+            title, levels_axis, _PEAK_ERROR, tuple(series)
         )
     tips = residuals["tip_material"]
     velocity = as_floats(residuals["impact_velocity_m_s"])
@@ -324,6 +325,25 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
     title = f"Error of the peak force over {shown.label}"
     figures[f"over the {shown.label}"] = Plot(title, axis, _PEAK_ERROR, tuple(points))
     return figures
+
+
+def _of_levels(
+    first: int, samples: Sequence[Floats], name: str, role: ColourRole
+) -> list[PlotSeries]:
+    """A box for each level with enough pulses for quartiles, from place `first` on; the pulses
+    themselves of a level with fewer."""
+    with_box = [place for place, values in enumerate(samples) if len(values) >= _FEWEST_OF_A_BOX]
+    alone = [place for place in range(len(samples)) if place not in with_box]
+    series: list[PlotSeries] = []
+    if with_box:
+        places = first + as_floats(with_box)
+        boxes = tuple(samples[place] for place in with_box)
+        series.append(BoxSeries(places, boxes, name=name, role=role))
+    if alone:
+        places = np.concatenate([np.full(len(samples[place]), first + place) for place in alone])
+        values = np.concatenate([samples[place] for place in alone])
+        series.append(PointSeries(as_floats(places), values, name=name, role=role))
+    return series
 
 
 def _by_label(labels: Sequence[Any]) -> list[tuple[Any, list[int]]]:

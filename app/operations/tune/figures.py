@@ -22,12 +22,20 @@ from ...figures.figure import (
     Plot,
     PlotAxis,
     PlotSeries,
+    PointSeries,
+    ReferenceLine,
     as_floats,
     category,
 )
 from ..impacts.figures import paper_lines
 from .bench_adapter import level_m_s2
-from .verdict import drawn_share
+from .verdict import (
+    drawn_share,
+    met_interval,
+    met_probability,
+    required_probability,
+    short_words,
+)
 
 #: Proposals that are drawn.
 _BEST = 3
@@ -75,6 +83,34 @@ def target_figure(target: Target) -> Plot:
     )
 
 
+def choices_figure(tuning: Mapping[str, Any]) -> Plot:
+    """The probability that each setting to choose from meets the target, with its 90 % interval
+    from the draws, and what is required."""
+    rows = tuning["proposals"]
+    met = 100 * as_floats([drawn_share(met_probability(row, tuning)) for row in rows])
+    low = high = met
+    if draws := tuning.get("draws"):
+        ends = [met_interval(met_probability(row, tuning), draws) for row in rows]
+        low, high = (100 * as_floats([pair[side] for pair in ends]) for side in (0, 1))
+    names = tuple(f"{row['rank']}: {short_words(row['settings'])}" for row in rows)
+    points = PointSeries(
+        met,
+        np.arange(len(rows), dtype=np.float64),
+        x_low=np.minimum(low, met),
+        x_high=np.maximum(high, met),
+        name="probability with its 90 % interval",
+    )
+    required = 100 * required_probability(tuning)
+    return Plot(
+        "Settings to choose from",
+        PlotAxis("probability that the next shot meets the target", "%", limits=(0.0, 100.0)),
+        PlotAxis("setting", categories=names, reversed=True),
+        (points,),
+        (ReferenceLine("x", required, "required"),),
+        height=max(180.0, 110.0 + 34 * len(names)),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class ProposedSpectrum:
     """What is expected of one setting, in m/s²: the mean and its 90 % band, (n,) each."""
@@ -109,10 +145,17 @@ def goal_figure(tuned: Tuned, goal: Goal) -> Plot:
     )
     proposals = [
         ProposedSpectrum(
-            proposal.probability_within,
-            *(level_m_s2(db) for db in (proposal.level_db, proposal.lower_db, proposal.upper_db)),
+            choice.proposal.probability_within,
+            *(
+                level_m_s2(db)
+                for db in (
+                    choice.proposal.level_db,
+                    choice.proposal.lower_db,
+                    choice.proposal.upper_db,
+                )
+            ),
         )
-        for proposal in tuned.proposals[:_BEST]
+        for choice in tuned.choices[:_BEST]
     ]
     return _proposals_plot(goal.frequency_hz, level_m_s2(goal.level_db), low, high, proposals)
 

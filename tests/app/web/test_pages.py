@@ -747,7 +747,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         lower_db=np.array([6.0, 6.0]),
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
-        found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
+        choice = SimpleNamespace(proposal=row, as_json=dict)
+        found = SimpleNamespace(proposals=[row], choices=[choice], avoid=[], attainability=likely)
 
         def run(step: Any) -> Any:
             step(1, 1, "found")
