@@ -161,7 +161,7 @@ def search(
     effort = effort or Effort()
     grid, fired = space.grid(effort.pressures, effort.masses), list(extra)
     examined = searcher.candidates([*grid, *fired], "grid")
-    known = [c for c in examined[len(grid) :] if not c.refused]
+    fired_candidates = [c for c in examined[len(grid) :] if not c.refused]
     masses = space.impactor_mass_kg.grid(effort.masses)
     allowed = [c for c in examined if not c.refused]
     best = [
@@ -180,7 +180,7 @@ def search(
         best = [*best_of_mounts(together), *best_of_masses(together, masses)]
         examined += finer
     nearest = max((c for c in examined if not c.refused), key=searcher.nearness, default=None)
-    best += sorted(known, key=lambda c: -c.score)[:_FIRED]
+    best += sorted(fired_candidates, key=lambda c: -c.score)[:_FIRED]
     return SearchResult(_once(best), refused, nearest, len(examined))
 
 
