@@ -70,11 +70,7 @@ def in_address(http: HttpRequest) -> dict[str, str]:
 
 def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     if method == "GET":
-        query = http.query_params
-        names = list(dict.fromkeys(query.keys()))
-        return {
-            name: texts[0] if len(texts := query.getlist(name)) == 1 else texts for name in names
-        }
+        return _of_pairs(http.query_params.multi_items())
     try:
         values = json.loads(body or b"{}", parse_constant=_no_number)
     except ValueError as error:
@@ -84,9 +80,17 @@ def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     return values
 
 
-def read_query(request: type[Asked], http: HttpRequest) -> Asked:
-    """The request in the query of an address. Raises `RequestError`."""
-    return read(request, _sent(http, "GET", b""), "network")
+def read_pairs(request: type[Asked], pairs: Sequence[tuple[str, str]]) -> Asked:
+    """The request in fields of an address. Raises `RequestError`."""
+    return read(request, _of_pairs(pairs), "network")
+
+
+def _of_pairs(pairs: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    """A field that stands there several times is a list."""
+    texts: dict[str, list[str]] = {}
+    for name, text in pairs:
+        texts.setdefault(name, []).append(text)
+    return {name: own[0] if len(own) == 1 else own for name, own in texts.items()}
 
 
 def _no_number(constant: str) -> Any:

@@ -15,13 +15,13 @@ from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.train.train import TRAIN, Training
 from pyroshock.app.operations.tune.figures import choices_figure, target_figure
 from pyroshock.app.operations.tune.request import Tuning
+from pyroshock.app.operations.tune.target_words import target_sentence
 from pyroshock.app.operations.tune.verdict import (
     answer_sentences,
     best_sentences,
     choice_sentences,
 )
 from pyroshock.app.operations.validate.request import ValidationRequest
-from pyroshock.app.pages.tune import target_sentence
 from support.checks.drawn_series import named_series
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"

@@ -38,7 +38,9 @@ document.addEventListener("DOMContentLoaded", () => {
       const place = of(name) && of(name).querySelector(".plot");
       if (place) pyroshock.draw(place, figure);
     });
-    rows(of("numbers"), answer.numbers.map((row) => [row.quantity, row.mean, row.unit, row.band]), [1, 3], true);
+    rows(of("numbers"), answer.numbers.map((row) => [row.quantity, row.mean, row.unit, row.band, row.measured, row.outside]), [1, 3, 4, 5], true);
+    of("measured-here").textContent = answer.here; of("measured-here").hidden = !answer.here;
+    of("measured-here").classList.toggle("warn", answer.contradicted);
     rows(of("nearest"), answer.nearest.map((row) => [row.shot, row.difference, row.velocity, row.peak_force, row.contact_time]), [2, 3, 4]);
     [...of("nearest").tBodies[0].rows].forEach((line, place) => {
       const address = answer.nearest[place].address;

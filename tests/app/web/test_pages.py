@@ -754,7 +754,7 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
             step(1, 1, "found")
             return found
 
-        return SimpleNamespace(goal=goal, notes=("a note",), run=run)
+        return SimpleNamespace(goal=goal, notes=("a note",), run=run, answering=twin)
 
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
