@@ -85,6 +85,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "promotion-list": ("train.listed_models", "PROMOTION_LIST"),
     "model-held-out": ("train.listed_models", "MODEL_HELD_OUT"),
     "model-show": ("train.stored_models", "MODEL_SHOW", "models show"),
+    "learning-curve": ("train.learning_curve", "LEARNING_CURVE", "models learning-curve"),
     "model-delete": ("train.stored_models", "MODEL_DELETE", "models delete"),
     "model-recover": ("train.stored_models", "MODEL_RECOVER", "models recover"),
     "dataset-build": ("train.build_dataset", "DATASET_BUILD", "dataset build"),

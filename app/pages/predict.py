@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from itertools import zip_longest
 from typing import Any
 
 from fastapi import APIRouter, Depends
@@ -60,8 +59,6 @@ from ..web.shot_address import built_twin, read_address, twin_at
 router = APIRouter()
 #: Of a prediction what the page shows as figures.
 _SERIES = ("force", "acceleration", "srs")
-#: Beyond the numbers that a shot of the store has.
-_ACCELERATION = "acceleration"
 _NO_TARGET = AddressedTarget()
 
 
@@ -212,8 +209,10 @@ def answered(
         },
         "numbers": [
             _number_row(row) | range_cells(ranges, name)
-            for name, row in zip_longest(
-                QUANTITIES, quantity_rows(prediction), fillvalue=_ACCELERATION
+            for name, row in zip(
+                (*QUANTITIES, *map(_peak_key, prediction.sensors)),
+                quantity_rows(prediction),
+                strict=True,
             )
         ],
         "here": " ".join(map(str, setting_sentences(ranges, prediction))),
@@ -236,6 +235,10 @@ def _pinned(question: PredictionRequest, built: BuiltTwin) -> PredictionRequest:
             "plate": question.plate or built.plate.name,
         }
     )
+
+
+def _peak_key(sensor: str) -> str:
+    return f"peak_{sensor}"
 
 
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from starlette.requests import Request
@@ -36,16 +37,26 @@ from ..operations.train.charts import (
 )
 from ..operations.train.figures import (
     compared_to,
+    coverage_rows,
     evaluated_figures,
     residual_columns,
     version_rows,
     worst_pulses,
 )
+from ..operations.train.learning_curve import curve_figure, curve_rows, curve_sentences
+from ..operations.train.registered_figures import worst_pulse_figures
 from ..operations.train.searches import (
     importance_sentence,
     search_sentence,
     settings_rows,
     trial_rows,
+)
+from ..operations.train.strengths import (
+    group_errors,
+    settings_of_pulses,
+    strength_sentences,
+    strength_tables,
+    strengths_figure,
 )
 from ..operations.train.wording import (
     bounded,
@@ -63,6 +74,10 @@ from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page
 
 if TYPE_CHECKING:
+    from ...array_types import Floats
+    from ...dataset.table import PulseTable
+    from ...training.registry.evaluate import Evaluation
+    from ...training.registry.records import Version
     from ...training.tuning.trials import SettingsSearch
 
 router = APIRouter()
@@ -199,6 +214,14 @@ def model(
         row = next(entry for entry in rows if entry["run_id"] == record.run_id)
         evaluation, why_not = _evaluation(registry, record, store)
         figures = None if evaluation is None else evaluated_figures(evaluation, record.label)
+        groups = (
+            []
+            if evaluation is None
+            else group_errors(
+                evaluation, record.label, *_further_inputs(registry, record, evaluation, store)
+            )
+        )
+        curve = registry.learning_curve(record)
         fit_settings = registry.fit_settings(record)
         histories = registry.fit_histories(record)
         searches = registry.searches(record)
@@ -214,6 +237,18 @@ def model(
             tables=version_tables(row),
             found=figures,
             why_not=why_not,
+            strengths=strengths_figure(groups) if groups else None,
+            strength_sentences=list(map(str, strength_sentences(record.label, groups)))
+            if groups
+            else [],
+            strength_tables=strength_tables(groups) if groups else [],
+            curve=curve_figure(curve, _floor_of(row)) if curve else None,
+            curve_sentences=list(map(str, curve_sentences(curve))),
+            curve_rows=curve_rows(curve),
+            coverage_rows=[] if figures is None else coverage_rows(figures["coverage"]),
+            worst_figures=[]
+            if evaluation is None
+            else worst_pulse_figures(evaluation.pulses, evaluation.predictions[record.label]),
             against={}
             if figures is None
             else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
@@ -234,6 +269,24 @@ def model(
             campaigns=[entry["name"] for entry in store.read(list_campaigns)],
             **_WORDS,
         )
+
+
+def _floor_of(row: Mapping[str, Any]) -> float | None:
+    """What repeated impacts differ by, of the first scope that has it."""
+    floors = row["metrics"]["force_nrmse"]["floor"].values()
+    return next((float(floor) for floor in floors if floor is not None), None)
+
+
+def _further_inputs(
+    registry: Any, version: Version, evaluation: Evaluation, store: Store
+) -> tuple[PulseTable, dict[str, Floats]]:
+    """The pulses that a version learned from, and the settings of its held-out pulses that are no
+    predictors."""
+    table = reader_of(store)(version.dataset.hash)
+    training = table.take(np.isin(table.key, registry.held_out(version).trained_on))
+    with store.reading() as session:
+        settings = settings_of_pulses(session, evaluation.pulses.pulse_id.tolist())
+    return training, settings
 
 
 def _search(part: str, search: SettingsSearch) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....array_types import Floats
+from ...common.number_format import percent
 from ...common.quantities import display_of
 from ...figures.figure import (
     DIMENSIONLESS,
@@ -390,17 +391,29 @@ def coverage_figure(held_out: Mapping[str, Any]) -> Plot | None:
     """Share of held-out points within their intervals over the nominal share; None for a model
     without spread."""
     coverage = held_out["coverage"]
-    series = [
-        LineSeries(
-            as_floats(coverage["level"]),
-            as_floats(coverage[key]),
-            marks=True,
-            name=name,
-            role=category(i),
-        )
-        for i, (key, name) in enumerate((("force", "force"), ("time", "contact time")))
-        if coverage[key] is not None
-    ]
+    level = as_floats(coverage["level"])
+    series: list[PlotSeries] = []
+    for i, (key, name) in enumerate((("force", "force"), ("time", "contact time"))):
+        if coverage[key] is None:
+            continue
+        held = as_floats(coverage[key])
+        pairs = coverage.get(f"{key}_ci90") or [None] * len(held)
+        ends = [pair or (share, share) for pair, share in zip(pairs, held.tolist(), strict=True)]
+        low, high = (as_floats([pair[side] for pair in ends]) for side in (0, 1))
+        # beside each other, so that intervals of both quantities are seen
+        places = level + (0.004 if i else -0.004)
+        series += [
+            LineSeries(places, held, name=name, role=category(i), silent=True),
+            PointSeries(
+                places,
+                held,
+                y_low=np.minimum(low, held),
+                y_high=np.maximum(high, held),
+                labels=tuple(percent(share) for share in level.tolist()),
+                name=name,
+                role=category(i),
+            ),
+        ]
     if not series:
         return None
     stated = equal_line("as stated", as_floats([0.4, 1.0]))

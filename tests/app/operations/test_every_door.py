@@ -99,6 +99,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "promotion-list": {},
     "model-held-out": {"model": "linear", "version": 1},
     "model-show": {"model": "linear@1"},
+    "learning-curve": {"model": "linear", "version": 1, "seed": 2},
     "model-delete": {"model": "linear", "version": 1},
     "model-recover": {},
     "dataset-build": {"name": "both", "campaigns": (HAMMER,), "quality": "none"},
