@@ -24,6 +24,7 @@ from ..operations.predict.controls import VELOCITY_M_S, sliders
 from ..operations.predict.factors import answering_contact
 from ..operations.predict.figures import prediction_figures
 from ..operations.predict.nearest_shots import (
+    known_rows,
     measured_spectra,
     nearest,
     nearest_rows,
@@ -217,6 +218,7 @@ def answered(
         ],
         "here": " ".join(map(str, setting_sentences(ranges, prediction))),
         "contradicted": is_contradicted(ranges),
+        "known": known_rows(built, prediction),
         "nearest": nearest_rows(wanted, near),
         "basis": str(velocity_basis(built, prediction.setting.tank_pressure_pa) or ""),
         "beside": field_warnings(prediction),

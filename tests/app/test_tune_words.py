@@ -129,7 +129,7 @@ def test_probabilities_are_drawn_with_their_intervals_and_what_is_required() -> 
         [60.0, 55.9, 63.9], abs=0.1
     )
     assert [line.at for line in figure.reference_lines] == [50.0]
-    assert figure.y.categories == ("1: 4 bar, 0.5 kg, steel 45 mm, no anvil, #1",)
+    assert figure.y.categories == ("1: 4 bar, 0.5 kg, steel 45 mm",)
 
 
 def test_specification_lies_on_four_coordinate_paper() -> None:

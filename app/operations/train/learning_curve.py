@@ -221,6 +221,7 @@ LEARNING_CURVE: Operation[CurveRequest, VersionCurve] = Operation(
     page shows it.""",
     example="""pyroshock train rehearsal-pulses --models linear --split configurations
 pyroshock models learning-curve linear@1 --split configurations""",
+    command=("models", "learning-curve"),
     route=("POST", "/models/{model}/{version}/learning-curve"),
     long=True,
     steps="trainings",

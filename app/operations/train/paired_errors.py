@@ -278,7 +278,7 @@ def paired_figure(pair: PairedErrors) -> Plot:
     return Plot(
         f"{pair.a} and {pair.b} on the same pulses",
         PlotAxis("configuration, in the order of the difference", "1", whole=True),
-        PlotAxis(f"{metric_words(pair.metric)} of {pair.a} minus that of {pair.b}", "% points"),
+        PlotAxis(f"difference of the {metric_words(pair.metric)}s", "% points"),
         tuple(series),
         (ReferenceLine("y", 0.0, role=ColourRole.INK, dash="solid"),),
     )

@@ -283,17 +283,12 @@ def setting_words(settings: Mapping[str, Any]) -> tuple[str, tuple[Number, ...]]
 
 
 def short_words(settings: Mapping[str, Any]) -> str:
-    """`1.3 bar, 0.4 kg, steel 45 mm, no anvil`: enough to know a setting in a picture."""
+    """`1.3 bar, 0.4 kg, steel 45 mm`: enough to know a setting in a picture."""
     pressure, mass, radius = (
         str(Number(key, settings[key]))
         for key in ("tank_pressure_pa", "bullet_mass_kg", "tip_radius_m")
     )
-    anvil = settings["anvil_material"]
-    below = "no anvil" if anvil == "none" else f"anvil {anvil}"
-    if settings["insulator"] != "none":
-        below = f"{below} and {settings['insulator']}"
-    tip = f"{settings['tip_material']} {radius}"
-    return f"{pressure}, {mass}, {tip}, {below}, {settings['impact_position']}"
+    return f"{pressure}, {mass}, {settings['tip_material']} {radius}"
 
 
 def next_steps(data: Mapping[str, Any]) -> list[Sentence]:
@@ -414,6 +409,7 @@ def _obstacle_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             "margin_db": obstacle["margin_db"],
             "shot_scatter_db": obstacle.get("shot_scatter_db"),
             "limits": "; ".join(obstacle["limits"]),
+            "figures": "; ".join(obstacle.get("figures", ())),
         }
 
 

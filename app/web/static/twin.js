@@ -48,6 +48,8 @@ document.addEventListener("DOMContentLoaded", () => {
       const link = document.createElement("a");
       link.href = address; link.textContent = line.cells[0].textContent; line.cells[0].replaceChildren(link);
     });
+    rows(of("known"), answer.known.map((row) => [row.quantity, row.asked, row.low, row.high, row.unit, row.shots]), [1, 2, 3, 5], true);
+    of("known").hidden = !answer.known.length;
     of("nearest").hidden = !answer.nearest.length; of("no-nearest").hidden = Boolean(answer.nearest.length);
     of("velocity-basis").textContent = answer.basis; of("velocity-basis").hidden = !answer.basis;
     const prediction = answer.prediction;

@@ -182,7 +182,7 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
 }
 _OF_MODELS = ("train", "compare", "promot", "model-", "dataset-", "spectra", "report")
 #: These find campaigns, a dataset and models in the store.
-FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)}
+FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)} | {"learning-curve"}
 #: These find a campaign and a diagnosis of it in the store.
 DIAGNOSED = {"diagnose", "plan-next-runs", "adopt", "blind-check"} | {
     name for name in EXAMPLES if name.endswith(("-diagnoses", "-diagnosis"))
