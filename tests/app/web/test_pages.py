@@ -769,7 +769,9 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     assert (twin.contact, wanted.at_least, wanted.share) == ("hertz", 0.6, 0.95)
     page = filled.client.get(job["address"])
     assert (
-        page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+        page.status_code == 200
+        and "/twin?contact=hertz&amp;specification=frequency_hz" in page.text
+        and "&amp;tolerance=3dB&amp;tank_pressure_pa=400000.0" in page.text
     )
     likely = "has a probability of 90 % that every line lies within tolerance"
     sentence = f"One proposal meets the target: the setting {likely} (90 % interval 87 % to 92 %, "
