@@ -228,13 +228,12 @@ def answered(
 
 
 def _pinned(question: PredictionRequest, built: BuiltTwin) -> PredictionRequest:
-    """The question with the campaign, the contact and the plate that answered it: a newer campaign,
-    or another model in use, does not change what its address shows."""
+    """The question with the campaign and the contact that answered it: a newer campaign, or another
+    model in use, does not change what its address shows. The plate is the campaign's."""
     return question.model_copy(
         update={
             "campaign": question.campaign or built.bench.campaign,
             "contact": answering_contact(built, question.contact),
-            "plate": question.plate or built.plate.name,
         }
     )
 

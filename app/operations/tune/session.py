@@ -91,7 +91,6 @@ def session_of(
         twin,
         campaign=built.bench.campaign,
         contact=answering_contact(built, twin.contact),
-        plate=built.plate.name,
     )
     return TuningSession(search, built, goal, space, limits, measured, notes, answering)
 
