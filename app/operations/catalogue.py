@@ -53,6 +53,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "campaign-page": ("ingest.campaigns", "CAMPAIGN_PAGE"),
     "campaign-show": ("ingest.campaigns", "CAMPAIGN_SHOW", "campaigns show"),
     "campaign-init": ("ingest.campaigns", "CAMPAIGN_INIT", "campaigns init"),
+    "describe": ("ingest.describe", "DESCRIBE", "campaigns describe"),
     "campaign-delete": ("ingest.campaigns", "CAMPAIGN_DELETE", "campaigns delete"),
     "archive": ("ingest.campaigns", "ARCHIVE", "campaigns archive"),
     "restore": ("ingest.campaigns", "RESTORE", "campaigns restore"),

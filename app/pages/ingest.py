@@ -76,6 +76,8 @@ def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Resp
         faults=faults_by_file(result["faults"]) if result else {},
         findings=findings_by_check(report.get("findings", ())),
         set_aside=report.get("set_aside", []),
+        form_job=checked_path.form,
+        written=sorted((result or {}).get("written") or {}),
     )
 
 

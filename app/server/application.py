@@ -32,6 +32,7 @@ from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
+from ..pages import campaign_form as campaign_form_pages
 from ..pages import campaigns as campaign_pages
 from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
@@ -75,6 +76,7 @@ PAGES = (
     home_pages,
     campaign_pages,
     ingest_pages,
+    campaign_form_pages,
     impact_list_pages,
     impacts_pages,
     diagnose_pages,

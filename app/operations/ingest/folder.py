@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,10 +40,13 @@ def folder_name(request: FolderReading) -> str:
 
 
 def _check(request: FolderReading, laboratory: Laboratory, progress: Progress) -> DryRun:
-    from .dry_run import dry_run
+    from .dry_run import dry_run, written_texts
 
     folder = request.path.readable(laboratory)
     checked = dry_run(laboratory.store, folder, request, progress, processes=laboratory.processes)
+    if request.path.form is not None:
+        # the files stay for a correction in the form, and their texts for whoever wants them later
+        return replace(checked, written=written_texts(folder))
     if checked.faults:
         for scratch in scratches_of(request):  # nobody can store it
             discard(scratch)
