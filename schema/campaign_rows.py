@@ -16,6 +16,7 @@ from .campaigns import (
     Plan,
     PlannedRun,
 )
+from .corrections import FactCorrection
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
@@ -73,6 +74,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "shots": Shot.campaign_id == campaign,
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,
+        "fact_corrections": FactCorrection.campaign_id == campaign,
     }
 
 

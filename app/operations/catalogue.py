@@ -54,6 +54,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "campaign-show": ("ingest.campaigns", "CAMPAIGN_SHOW", "campaigns show"),
     "campaign-init": ("ingest.campaigns", "CAMPAIGN_INIT", "campaigns init"),
     "describe": ("ingest.describe", "DESCRIBE", "campaigns describe"),
+    "campaign-correct": ("ingest.correct", "CAMPAIGN_CORRECT", "campaigns correct"),
     "campaign-delete": ("ingest.campaigns", "CAMPAIGN_DELETE", "campaigns delete"),
     "archive": ("ingest.campaigns", "ARCHIVE", "campaigns archive"),
     "restore": ("ingest.campaigns", "RESTORE", "campaigns restore"),

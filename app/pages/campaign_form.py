@@ -29,6 +29,7 @@ from ...ingest.folder.description_fields import (
     NOT_USED,
     READING,
 )
+from ...ingest.folder.typed_values import plain_text
 from ...schema.benches import Material
 from ...schema.campaigns import Campaign
 from ...schema.jobs import DONE, Job
@@ -43,7 +44,6 @@ from ..operations.ingest.campaign_form import (
     description_of,
     free_columns,
     kind_of,
-    plain_text,
     sent_form,
     texts_of,
 )

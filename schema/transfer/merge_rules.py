@@ -94,6 +94,7 @@ RULES = (
     MergeRule("channel_figures", owner="channel_id"),
     MergeRule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
     MergeRule("quality_findings", owner="recording_id"),
+    MergeRule("fact_corrections", owner="campaign_id"),
     MergeRule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
 )
 

@@ -21,6 +21,7 @@ import numpy as np
 from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.corrections import FactCorrection
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
@@ -181,6 +182,21 @@ def add_registered_version(store: Store) -> None:
         )  # fmt: skip
 
 
+def add_correction(store: Store) -> None:
+    """A fact of the small campaign that was corrected."""
+    with store.writing() as session:
+        session.add(
+            FactCorrection(
+                campaign_id=get_campaign_id(session, "stored"),
+                fact="tip_radius_mm",
+                earlier=[{"value": "30", "hits": [[1, 1], [1, 2]]}],
+                value="31",
+                reason="measured anew",
+                corrected_at=datetime(2026, 1, 7, tzinfo=UTC),
+            )
+        )
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -196,6 +212,7 @@ def main() -> int:
             add_jobs(store)
             add_tombstone(store)
             add_registered_version(store)
+            add_correction(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

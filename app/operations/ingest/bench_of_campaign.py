@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ....ingest.folder.campaign_file import GunPart
 from ....ingest.folder.description import CampaignDescription
-from ....schema.benches import Material
+from ....ingest.storing.stated_bench import stated_bench
 from ....schema.campaigns import Campaign
 from ....schema.conditions import get_campaign_id
 from ....schema.recordings import RecordedChannel, Recording
@@ -31,18 +29,9 @@ def bench_of_campaign(session: Session, name: str) -> CampaignDescription:
         LookupError: Where there is no such campaign.
     """
     row = session.get_one(Campaign, get_campaign_id(session, name))
-    bench: dict[str, Any] = {}
-    if row.gun is not None:
-        bench["gun"] = {part.name: getattr(row.gun, part.name) for part in fields(GunPart)}
-    if row.hammer is not None:
-        bench["hammer"] = {"mass_kg": row.hammer.mass_kg}
-    if row.plate is not None and row.plate.material_id is not None:
-        plate = {
-            "material": session.get_one(Material, row.plate.material_id).name,
-            "thickness_m": row.plate.thickness_m,
-            "outline_m": row.plate.outline_m,
-        }
-        bench["plate"] = {key: value for key, value in plate.items() if value is not None}
+    bench = stated_bench(session, row)
+    if "material" not in bench.get("plate", {}):  # of a modal table, which is a file
+        bench.pop("plate", None)
     columns = [getattr(RecordedChannel, key) for key in _CHANNEL]
     query = (
         select(RecordedChannel.name, RecordedChannel.full_scale, *columns)

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ....files.delimited_text import parse_number
 from ....ingest.folder.column_names import KEYS, KNOWN
 from ....ingest.folder.description import CampaignDescription
 from ....ingest.folder.description_fields import (
@@ -29,9 +28,9 @@ from ....ingest.folder.description_fields import (
     ROLES,
     DescribedKey,
 )
+from ....ingest.folder.typed_values import number_of, outline_of, plain_text
 from ....schema.campaigns import UNKNOWN_DATE
 from ....signals.channel import on_impactor
-from ....signals.units import USUAL_FACTORS, UnitError, unit_quantity
 
 Texts = Mapping[str, Sequence[str]]
 RECORDING = "recording"
@@ -40,7 +39,6 @@ CHANNEL_KEYS = ("unit", "sensitivity", "offset_v", "position", "axis", "range")
 _CHANNEL_NUMBERS = ("sensitivity", "offset_v", "range")
 #: Keys whose value is a list of texts, a line each in the form.
 _LISTS = (("recordings", "columns"), ("recordings", "harmless_fields"))
-_MEASURE = re.compile(r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\d\s].*)?")
 _IMPACTOR, _MUZZLE = "impactor", "muzzle"
 
 
@@ -157,19 +155,6 @@ def _channel(name: str, facts: Mapping[str, Any] | None) -> FormChannel:
     return FormChannel(name, role, texts)
 
 
-def plain_text(value: Any) -> str:
-    """A value of TOML as a control holds it: 0.01, 12 for 12.0.
-
-    Parameters:
-        value: A text or a number; None is no text.
-    """
-    if value is None:
-        return ""
-    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
-        return str(int(value))
-    return str(value)
-
-
 def _text(key: DescribedKey, value: Any) -> str:
     if key.keys in _LISTS and isinstance(value, list):
         return "\n".join(map(str, value))
@@ -227,62 +212,6 @@ def _value(key: DescribedKey, text: str) -> Any:
     if key.keys[-1] == "outline_m":
         return outline_of(text)
     return number_of(text, key.unit) if key.is_number else text
-
-
-def number_of(text: str, unit: str) -> float | str:
-    """A number as a person types it, in SI: "0.01", "0,01", or "10 mm" where the unit is m.
-
-    Parameters:
-        text: What was typed.
-        unit: The SI unit of the number; "" of a pure number.
-
-    Returns:
-        The number in `unit`; the text itself where it is none, which the ingest then refuses.
-    """
-    match = _MEASURE.fullmatch(text.strip())
-    if match is None:
-        return text
-    try:
-        number = parse_number(match[1])
-    except ValueError:
-        return text
-    stated = (match[2] or "").strip()
-    if not stated or stated == unit:
-        return number
-    # a `g` of a mass is a gram, which is no `g` of an acceleration
-    if usual := USUAL_FACTORS.get(unit, {}).get(stated):
-        return float(f"{number * usual:.12g}")
-    try:
-        factor = unit_quantity(stated).to(unit_quantity(unit.replace("³", "**3")).units).magnitude
-    # what pint raises for a text that is no unit, or one of another dimension
-    except (UnitError, ArithmeticError, AttributeError, TypeError, ValueError):
-        return text
-    return float(f"{number * float(factor):.12g}")
-
-
-def outline_of(text: str) -> Any:
-    """Corners of a plate: `0.6 x 0.4` is a rectangle, `0, 0; 0.6, 0; 0.6, 0.4` are corners; in m,
-    or with a unit behind each number of a rectangle.
-
-    Parameters:
-        text: What was typed.
-
-    Returns:
-        The corners [[x, y], …] in m; the text itself where it is none.
-    """
-    sides = [number_of(part, "m") for part in re.split(r"\s*[x×]\s*", text)]
-    if len(sides) == 2 and all(isinstance(side, float) for side in sides):
-        a, b = sides
-        return [[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]]
-    corners = []
-    for corner in text.split(";"):
-        parts = re.split(r"\s*,\s*|\s+", corner.strip())
-        try:
-            x, y = (float(part) for part in parts)
-        except ValueError:
-            return text
-        corners.append([x, y])
-    return corners
 
 
 def _facts(channel: FormChannel) -> dict[str, Any]:

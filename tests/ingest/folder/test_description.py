@@ -15,8 +15,6 @@ from pyroshock.app.operations.ingest.campaign_form import (
     FormChannel,
     FormTexts,
     description_of,
-    number_of,
-    outline_of,
     texts_of,
 )
 from pyroshock.ingest.errors import IngestError
@@ -24,6 +22,7 @@ from pyroshock.ingest.folder.description import CampaignDescription, read_descri
 from pyroshock.ingest.folder.description_fields import BENCH, COLUMNS, FACTS, ROLES
 from pyroshock.ingest.folder.file_statements import read_statements
 from pyroshock.ingest.folder.proposal import propose
+from pyroshock.ingest.folder.typed_values import number_of, outline_of
 
 #: Any text that a page sends on one line: no control characters, which the server refuses.
 LINE = st.text(
