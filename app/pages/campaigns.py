@@ -11,10 +11,16 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
+from ...schema.corrected_facts import list_corrections
 from ...schema.known_facts import facts_from_json
 from ..common.quantities import display_of, velocities_of, velocity_with_uncertainty
 from ..figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries, as_floats, equal_line
-from ..operations.ingest.campaign_overview import KINDS, campaign_overview, list_campaigns_page
+from ..operations.ingest.campaign_overview import (
+    KINDS,
+    campaign_overview,
+    list_campaigns_page,
+    missing_facts_of,
+)
 from ..operations.ingest.planned_achieved import (
     bench_facts,
     constant_settings,
@@ -93,6 +99,8 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
         overview = campaign_overview(session, name)
         key = get_campaign_id(session, name)
         quality = recording_quality(session, [key])[key]
+        missing = missing_facts_of(session, name)
+        corrections = list_corrections(session, [name])
         findings = list_finding_rows(session, key, overview["findings"])
     levels, achieved = overview["levels"], overview["achieved"]
     several = several_levels(levels)
@@ -114,6 +122,8 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
             "campaign.html",
             **shown,
             quality_words=quality.sentence,
+            missing=missing,
+            corrections=corrections,
             poor=bool(quality.rejected or quality.set_aside),
             coverage={factor: coverage_figure(levels, factor) for factor in factors},
             achieved_figures={

@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
+from ...schema.corrected_facts import list_corrections
 from ...schema.diagnoses import Diagnosis
 from ..doors.form_route import SentTexts
 from ..operations.diagnose.discriminating_plan import plan_name
@@ -101,6 +102,7 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         row = session.get_one(Diagnosis, diagnosis)
         facts: dict[str, Any] = {"diagnosed_at": row.diagnosed_at, "written_by": row.simulator}
         options = kept_options(session, diagnosis)
+        corrected = list_corrections(session, [report["campaign"]], row.diagnosed_at)
         try:
             drawn = parts_of(kept_verdict(session, diagnosis))
             older = ""
@@ -109,6 +111,7 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
     return page(
         request,
         "diagnosis.html",
+        corrected=corrected,
         key=diagnosis,
         report=report,
         facts=facts,

@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...dataset.catalog import list_snapshots, list_withdrawals
+from ...schema.corrected_facts import corrections_since_dataset
 from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
@@ -288,11 +289,13 @@ def model(
         histories = registry.fit_histories(record)
         searches = registry.searches(record)
         decisions = [entry for entry in registry.decisions() if entry.candidate == record.label]
+    corrected = store.read(lambda session: corrections_since_dataset(session, record.dataset.name))
     velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": record.dataset.velocity_kind}
     with velocities_of([velocity]):
         return page(
             request,
             "model.html",
+            corrected=corrected,
             row=row,
             splits=splits,
             sentences=version_sentences(row),

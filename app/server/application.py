@@ -38,6 +38,7 @@ from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
 from ..pages import export as export_pages
 from ..pages import extract as extract_pages
+from ..pages import facts as facts_pages
 from ..pages import home as home_pages
 from ..pages import impact_lists as impact_list_pages
 from ..pages import impacts as impacts_pages
@@ -77,6 +78,7 @@ PAGES = (
     campaign_pages,
     ingest_pages,
     campaign_form_pages,
+    facts_pages,
     impact_list_pages,
     impacts_pages,
     diagnose_pages,

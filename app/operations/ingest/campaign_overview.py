@@ -63,6 +63,23 @@ def missing_facts_words(session: Session, row: Campaign) -> str:
     return missing_words(missing_in_campaigns(session, [row.name], shipped(row.kind)))
 
 
+def missing_facts_of(session: Session, name: str) -> list[str]:
+    """What the predictors of the campaign's kind lack, a sentence for each ("8 impacts have no tip
+    radius"); empty where nothing is missing.
+
+    Parameters:
+        session: A session of the store.
+        name: The name of the campaign.
+    """
+    row = session.get_one(Campaign, get_campaign_id(session, name))
+    missing = missing_in_campaigns(session, [row.name], shipped(row.kind))
+    return [
+        f"{facts.impacts} impact{'s have' if facts.impacts > 1 else ' has'} no "
+        f"{', '.join(name.replace('_', ' ') for name in facts.predictors)}."
+        for facts in missing
+    ]
+
+
 def _differences(session: Session, row: Campaign) -> list[str]:
     """By what most shots of a gun's campaign differ from their rows."""
     return (
