@@ -6,7 +6,7 @@ from __future__ import annotations
 import datetime as dt
 from typing import Any
 
-from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
+from sqlalchemy import CheckConstraint, ColumnElement, Date, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, PlainJson, WithProvenance, names_row, one_of
@@ -25,6 +25,11 @@ def stated_day(date: dt.date) -> str | None:
         date: The date as it is stored.
     """
     return None if date == UNKNOWN_DATE else date.isoformat()
+
+
+def is_day_unknown() -> ColumnElement[bool]:
+    """Whether the date of a campaign is not known, for an order that has such campaigns last."""
+    return Campaign.date == UNKNOWN_DATE
 
 
 class Campaign(HasId, WithProvenance, Base):

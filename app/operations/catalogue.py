@@ -62,6 +62,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "run-list": ("ingest.runs", "RUN_LIST", "runs list"),
     "run-show": ("ingest.runs", "RUN_SHOW", "runs show"),
     "run-discard": ("ingest.runs", "RUN_DISCARD", "runs discard", "runs delete"),
+    "run-restore": ("ingest.runs", "RUN_RESTORE", "runs restore"),
     "run-replace": ("ingest.runs", "RUN_REPLACE", "runs replace"),
     "standing": ("ingest.runs", "STANDING"),
     "impact-list": ("impacts.listing", "IMPACT_LIST", "impacts list"),

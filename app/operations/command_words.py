@@ -7,9 +7,9 @@ from __future__ import annotations
 SECTIONS: dict[str, dict[str, str]] = {
     "Recordings": {
         "init": "Make an empty store.",
-        "campaigns": "List the campaigns; begin, show, delete, archive or restore one.",
+        "campaigns": "List the campaigns; describe, show, correct, archive or delete one.",
         "ingest": "Read campaign folders into the store.",
-        "runs": "List the recordings of a campaign; show, discard or replace one.",
+        "runs": "List the recordings of a campaign; show, discard, restore or replace one.",
         "impacts": "List impacts with their figures; show, delete or compare some.",
         "shots": "List the shots of the gun beside the velocity of the model.",
         "show": "Show one impact, and draw its record and pulse.",

@@ -89,9 +89,19 @@ def confined(path: str, roots: Sequence[Path], *, described: bool = True) -> Pat
             continue
         if not described or (resolved / CARD).is_file():
             return resolved
-    root_names = ", ".join(str(root) for root in roots)
+    # the last part alone: where the server keeps its folders is nobody's business
+    root_names = ", ".join(root.name or "the disk" for root in roots)
     kind = f"campaign folder (one with a {CARD})" if described else "folder"
     raise PathError(f"{path!r} is no {kind} below {root_names}")
+
+
+def shown_path(path: str, roots: Sequence[Path]) -> str:
+    """A path as a page shows it and `confined` takes it: relative to the folder below which it
+    lies; of any other, its last part."""
+    for root in (root_path.resolve() for root_path in roots):
+        if Path(path).is_relative_to(root):
+            return Path(path).relative_to(root).as_posix()
+    return Path(path).name
 
 
 def campaigns_below(roots: Sequence[Path]) -> list[str]:

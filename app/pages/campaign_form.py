@@ -72,12 +72,12 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
 @router.get("/ingest/forms/{job}")
 def show(request: Request, job: Key, laboratory: InLaboratory, jobs: Running) -> Response:
     """How far the reading of the recordings is, then the form."""
-    job_row, asked = jobs.get(job), _asked(laboratory.store, job)
+    job_row, folder_request = jobs.get(job), _asked(laboratory.store, job)
     described = job_row.result if job_row.state == DONE else None
     values: dict[str, Any] = {"job": job_row, "ended": job_row.ended, "described": described}
     if described is None:
         return page(request, "campaign_form.html", **values)
-    folder = asked.path.path
+    folder = folder_request.path.path
     there = folder.is_dir()
     description = _description(folder, described) if there else _proposed(described)
     kind = described["kind"] if not (folder / CARD).is_file() else kind_of(description)
@@ -90,7 +90,7 @@ def show(request: Request, job: Key, laboratory: InLaboratory, jobs: Running) ->
         "campaign_form.html",
         **values,
         there=there,
-        uploaded=asked.path.scratch is not None,
+        uploaded=folder_request.path.scratch is not None,
         form=form,
         facts=FACTS,
         bench=BENCH,
@@ -224,8 +224,8 @@ async def send(request: Request, job: Key, laboratory: InLaboratory, jobs: Runni
 
 
 def _sent(job: int, texts: dict[str, list[str]], laboratory: Laboratory, jobs: Any) -> Response:
-    asked = _asked(laboratory.store, job)
-    folder = asked.path.readable(laboratory)
+    folder_request = _asked(laboratory.store, job)
+    folder = folder_request.path.readable(laboratory)
     form = sent_form(texts)
     if "column" not in texts:  # a table that is too long for the form stays as it is
         described = jobs.get(job).result or {}
@@ -239,15 +239,17 @@ def _sent(job: int, texts: dict[str, list[str]], laboratory: Laboratory, jobs: A
             raise FieldError("bench_of", "Choose the campaign whose bench it is.")
         stored_bench = laboratory.store.read(lambda session: bench_of_campaign(session, other))
         description = with_bench(description, stored_bench, form.kind)
-    _write(description, folder, uploaded=asked.path.scratch is not None)
+    _write(description, folder, uploaded=folder_request.path.scratch is not None)
     if wanted in ("bench", "column"):
         query = f"?bench={other}" if wanted == "bench" else ""
         return RedirectResponse(f"/ingest/forms/{job}{query}", 303)
     if wanted == "read":
-        again = read(Description, {"path": asked.path, "kind": asked.kind}, "stored")
+        again = read(
+            Description, {"path": folder_request.path, "kind": folder_request.kind}, "stored"
+        )
         return followed(ask_operation(DESCRIBE, again, laboratory, jobs))
     _refuse_faults(laboratory.store, folder, form)
-    path = MachinePath(path=asked.path.path, scratch=asked.path.scratch, form=job)
+    path = MachinePath(path=folder_request.path.path, scratch=folder_request.path.scratch, form=job)
     checked = read(FolderIngest, {"path": path, "dry_run": True}, "stored")
     return followed(ask_operation(INGEST, checked, laboratory, jobs))
 

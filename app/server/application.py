@@ -60,6 +60,7 @@ from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.page_sources import SourceStamps
+from ..web.page_words import in_page_words
 from ..web.rendering import page
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
@@ -267,8 +268,12 @@ def error_response(
     that it is about."""
     why = without_secrets(why)
     listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
+    folders = request.app.state.settings.folders
     if is_form(request):
-        messages = listed or [{"field": field, "message": why}]
+        messages = [
+            {**entry, "message": in_page_words(entry["message"], folders)}
+            for entry in listed or [{"field": field, "message": why}]
+        ]
         return JSONResponse({"faults": messages}, status, headers)
     if request.url.path.startswith("/api"):
         by_field = {"faults": listed} if listed else {}
@@ -277,7 +282,7 @@ def error_response(
         request,
         "error.html",
         status,
-        why=why,
+        why=in_page_words(why, folders),
         name=HTTPStatus(status).phrase,
         status_code=status,
         back=_page_before(request),

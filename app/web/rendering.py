@@ -19,6 +19,7 @@ from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
 from ..figures.figure import Plot
 from ..figures.page_renderer import FigureData, figure_data
+from .page_words import in_page_words
 from .static_files import static_address
 
 HERE = Path(__file__).parent
@@ -63,6 +64,7 @@ def _environment() -> Environment:
         "data": as_data,
         "figure_data": _figure_data,
         "when": when,
+        "page_words": in_page_words,
     }
     environment.filters["in_shown_units"] = in_shown_units
     environment.globals |= {"cell": cell, "menu": MENU, "static": static_address}

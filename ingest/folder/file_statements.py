@@ -117,7 +117,7 @@ class FolderStatements:
             for own, unit, rate, samples in file.channels
             if own == name
         ]
-        hints = {}
+        hints: dict[str, str] = {}
         for file, *_ in entries:
             hints |= file.headers.get(name, {})
         return StatedChannel(
@@ -165,9 +165,9 @@ def read_statements(
     ]
     there = next((name for name in FILES if (folder / name).is_file()), None)
     if not recordings and there is None:
-        known = ", ".join(sorted(suffixes))
+        endings = ", ".join(sorted(suffixes))
         raise IngestError(
-            f"{folder.name}: no recording; expected files with one of these endings: {known}"
+            f"{folder.name}: no recording; expected files with one of these endings: {endings}"
         )
     crashing = any(may_crash(folder / name) for name in recordings)
     isolation = reading_apart(_never_read, lambda _: _PATIENCE_S, always=crashing)

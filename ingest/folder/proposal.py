@@ -43,7 +43,7 @@ _CHECK = "please check"
 
 
 @dataclass(frozen=True)
-class Proposal:
+class DescriptionProposal:
     """A description with the source of each value: name of the key ("channels.force.unit",
     "runs.run") -> where it is from. `kind` is that of the form: gun, hammer, plate, or "" where the
     files do not tell."""
@@ -57,7 +57,7 @@ class Proposal:
         description = self.description
         remarks = {key.keys: self.sources.get(key.name, "") for key in (*FACTS, *BENCH)}
         remarks["campaign", "kind"] = self.sources.get("campaign.kind", "")
-        channels = {
+        channels: dict[tuple[str, ...], str] = {
             ("channels", channel, key): self.sources.get(f"channels.{channel}.{key}", "")
             for channel in description.value("channels") or {}
             for key in ("quantity", "unit", "position", "axis")
@@ -86,7 +86,9 @@ def _missing_words(key: DescribedKey) -> str:
     return f"{'needed: ' if key.needed else ''}{unit}{key.why}"
 
 
-def propose(folder: Path, statements: FolderStatements, name: str = "", kind: str = "") -> Proposal:
+def propose(
+    folder: Path, statements: FolderStatements, name: str = "", kind: str = ""
+) -> DescriptionProposal:
     """The description that the files of a folder give.
 
     Parameters:
@@ -127,7 +129,7 @@ def propose(folder: Path, statements: FolderStatements, name: str = "", kind: st
         sources["runs"] = str(statements.runs_table)
     else:
         columns, rows = _rows(statements, kind, sources)
-    return Proposal(kind, CampaignDescription(tables, columns, rows), sources)
+    return DescriptionProposal(kind, CampaignDescription(tables, columns, rows), sources)
 
 
 def _date(statements: FolderStatements) -> tuple[str, str]:
@@ -228,13 +230,13 @@ _Numbers = Callable[[str], tuple[int, int] | None]
 
 
 def _run_and_repetition(stem: str) -> tuple[int, int] | None:
-    """`0007-02`, `run7_rep2`: the last two numbers of a name."""
+    """The last two numbers of a name, such as 7 and 2 of "0007-02"."""
     numbers = re.findall(r"\d+", stem)
     return (int(numbers[-2]), int(numbers[-1])) if len(numbers) >= 2 else None
 
 
 def _run_alone(stem: str) -> tuple[int, int] | None:
-    """`run12`: the only number of a name."""
+    """The only number of a name."""
     numbers = re.findall(r"\d+", stem)
     return (int(numbers[0]), 1) if len(numbers) == 1 else None
 

@@ -143,12 +143,12 @@ def _unknown(session: Session, row: Campaign, names: Collection[str]) -> list[st
         return []
     stored = _levels(session, set(_hits(session, row).values()))
     free = {level.factor for levels in stored.values() for level in levels} - set(BY_NAME)
-    known = ", ".join((*usual, *sorted(free)))
+    fact_names = ", ".join((*usual, *sorted(free)))
     return [
         f"{name} cannot be corrected: figures were computed from it when the recording was read; "
         "replace the recording"
         if name in MEASURED
-        else f"{printable(name)} is no fact of the campaign; known: {known}"
+        else f"{printable(name)} is no fact of the campaign; known: {fact_names}"
         for name in others
         if name not in free
     ]
@@ -318,9 +318,10 @@ def _levels(session: Session, configurations: Collection[int]) -> dict[int, list
     )
     levels: dict[int, list[RunLevel]] = {key: [] for key in configurations}
     for key in configurations:
-        for _, factor, *values in session.execute(query.where(Configuration.id == key)):
+        rows = session.execute(query.where(Configuration.id == key))
+        for _, factor, label, number, si_unit, material in rows:
             if factor is not None:
-                levels[key].append(RunLevel(factor, *values))
+                levels[key].append(RunLevel(factor, label, number, si_unit, material))
     return levels
 
 

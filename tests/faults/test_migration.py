@@ -148,6 +148,8 @@ COMMAND_LINES = (
     "jobs", "export impacts --out impacts.csv", "materials", "db check",
     # The rest of a group whose first command is above.
     "campaigns deleted", "campaigns delete spring --reason r",
+    "campaigns correct spring --set tip_radius_mm=30 --reason r",
+    "runs restore spring 1.npz",
     "campaigns archive spring --out spring.pyroshock --reason r",
     "campaigns restore target.csv", "runs discard spring 1.npz --reason r",
     "runs replace spring 1.npz --from . --reason r",

@@ -67,6 +67,8 @@ class FormTexts:
     free_factors: Mapping[str, str] = field(default_factory=dict)
     confirmed: Sequence[str] = ()
     force_from: Sequence[str] = ()
+    #: Of each row its place on the page, which has rows that are not used, too.
+    places: Sequence[int] = ()
 
 
 def kind_of(description: CampaignDescription) -> str:
@@ -304,6 +306,7 @@ def sent_form(texts: Texts) -> FormTexts:
         {column: text for column, text in free.items() if text},
         tuple(texts.get("confirmed", ())),
         tuple(texts.get("force.from", ())),
+        [row for row in places if str(row) in used],
     )
 
 
@@ -336,9 +339,9 @@ def control_of(fault: str, form: FormTexts) -> tuple[str, str]:
         start = f"campaign.toml: channels.{channel.name}"
         if fault.startswith((f"{start}.", f"{start}:", f"{start} ")):
             key = fault.removeprefix(start).lstrip(".:").split(" ")[0].split(":")[0]
-            own = key if key in CHANNEL_KEYS else "role" if key == "quantity" else "unit"
+            control = key if key in CHANNEL_KEYS else "role" if key == "quantity" else "unit"
             words = fault.removeprefix(start).lstrip(".: ")
-            return f"channels.{place}.{own}", f"Channel {channel.name}: {words}"
+            return f"channels.{place}.{control}", f"Channel {channel.name}: {words}"
     if match := _OF_KEY.match(fault):
         name = match[1]
         label = _LABELS.get(name, name)
@@ -348,17 +351,22 @@ def control_of(fault: str, form: FormTexts) -> tuple[str, str]:
         row, column = int(match[1]) - 2, match[2]
         words = f"Run {row + 1} of the table, {fault.split(', ', 1)[1]}"
         if column == RECORDING:
-            return f"run.{row}.r", words
+            return f"run.{_place(form, row)}.r", words
         if column in columns and row < len(form.rows):
-            own = form.rows[row].get(column)
             place = columns.index(column)
-            return (f"run.{row}.{place}" if own else f"all.{place}"), words
+            is_own = bool(form.rows[row].get(column)) or column in KEYS
+            return (f"run.{_place(form, row)}.{place}" if is_own else f"all.{place}"), words
     if (match := _OF_COLUMN.match(fault)) and match[1] in columns:
         place = columns.index(match[1])
         return (f"factor.{place}" if match[1] not in KNOWN else f"all.{place}"), fault
     if match := _OF_ROW.match(fault):
-        return f"run.{int(match[1]) - 2}.0", fault
+        return f"run.{_place(form, int(match[1]) - 2)}.0", fault
     return "", fault.removeprefix("campaign.toml: ")
+
+
+def _place(form: FormTexts, row: int) -> int:
+    """Where a row of the table stands on the page, which has those that are not used, too."""
+    return form.places[row] if 0 <= row < len(form.places) else row
 
 
 #: Roles of channels for a select: value and words.

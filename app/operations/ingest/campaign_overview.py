@@ -14,7 +14,7 @@ from ....ingest.errors import enumerated
 from ....ingest.storing.shot_differences import campaign_differences
 from ....schema.benches import Material
 from ....schema.campaign_counts import hit_counts
-from ....schema.campaigns import Campaign
+from ....schema.campaigns import Campaign, stated_day
 from ....schema.conditions import get_campaign_id
 from ....schema.listings import list_impacts_page, list_plan_counts, list_shots_page
 from ....schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
@@ -93,7 +93,7 @@ def _campaign(session: Session, row: Campaign) -> dict[str, Any]:
     return {
         "name": row.name,
         "kind": row.kind,
-        "date": row.date.isoformat(),
+        "date": stated_day(row.date),
         "operator": row.operator,
         "description": row.description,
         "bench": _bench(session, row),
@@ -233,7 +233,7 @@ def list_campaigns_page(
         {
             "name": name,
             "kind": of,
-            "date": date.isoformat(),
+            "date": stated_day(date),
             "impacts": hits[key][0],
             "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],

@@ -284,7 +284,8 @@ class ArchivedCampaign(RemovedPart):
 
     def summary(self) -> str:
         """The campaign and its file."""
-        return f"Campaign {self.stone['campaign']} was archived in {self.stone['archive_path']}."
+        name = Path(self.stone["archive_path"]).name
+        return f"Campaign {self.stone['campaign']} was archived in {name}."
 
 
 def _is_stored(request: CampaignArchiving, laboratory: Laboratory) -> None:

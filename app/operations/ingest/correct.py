@@ -12,7 +12,7 @@ from pydantic import Field
 from ..faults import FieldError
 from ..fields import Presentation, pairs, request_field
 from ..laboratory import Laboratory
-from ..operation import FormPage, Operation, Progress, Result, ResultTable
+from ..operation import Operation, Progress, Result, ResultTable
 from .removed import DryRunnable, Reason
 from .request import NamedCampaign
 
@@ -163,5 +163,8 @@ figures are not made anew. A folder that states the earlier value is refused aft
     '--reason "the label of the tip was wrong"',
     command=("campaigns", "correct"),
     route=("POST", "/campaigns/{campaign}/facts"),
-    form=FormPage("/campaigns/{campaign}/facts", "facts", ""),
+    absent={
+        "form": "The page /campaigns/NAME/facts has a control for each fact of a campaign.",
+        "python": "A correction needs a person who gives the reason; the command asks for it.",
+    },
 )

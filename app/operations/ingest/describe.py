@@ -16,7 +16,7 @@ from ..upload_folders import is_scratch
 
 if TYPE_CHECKING:
     from ....ingest.folder.file_statements import FolderStatements
-    from ....ingest.folder.proposal import Proposal
+    from ....ingest.folder.proposal import DescriptionProposal
     from ....ingest.readers import ReadingOptions
 
 
@@ -110,7 +110,7 @@ def _stated_options(folder: Path) -> ReadingOptions | None:
 
 
 def described_folder(
-    name: str, statements: FolderStatements, proposal: Proposal
+    name: str, statements: FolderStatements, proposal: DescriptionProposal
 ) -> DescribedFolder:
     """The answer of what was read and proposed.
 

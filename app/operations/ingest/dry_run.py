@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from ....ingest.errors import IngestError
 from ....ingest.folder.column_names import RUNS_FILE
-from ....schema.campaigns import Campaign
+from ....schema.campaigns import Campaign, stated_day
 from ....schema.conditions import get_campaign_id
 from ....schema.impacts import Impact, Shot
 from ....schema.recordings import SEVERITIES, STORED, QualityFinding, Recording
@@ -135,7 +135,7 @@ def _facts(session: Session, campaign: str) -> dict[str, Any]:
         runs |= set(
             session.scalars(select(table.run).where(table.campaign_id == row.id).distinct())
         )
-    return {"kind": row.kind, "date": row.date.isoformat(), "runs": len(runs)}
+    return {"kind": row.kind, "date": stated_day(row.date) or "", "runs": len(runs)}
 
 
 def _recordings(session: Session, campaign: str) -> list[dict[str, Any]]:

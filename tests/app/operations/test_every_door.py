@@ -129,6 +129,13 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "campaign-show": {"campaign": "shelf"},
     "campaign-init": {"folder": "{folder}", "kind": "gun", "plan": "spring"},
     "campaign-delete": {"campaign": "shelf", "reason": "wrong sensor", "dry_run": True},
+    "campaign-correct": {
+        "campaign": "shelf",
+        "facts": {"tip_radius_mm": "31", "bench.hammer.mass_kg": "0.33"},
+        "run": (1,),
+        "reason": "measured anew",
+    },
+    "run-restore": {"campaign": "shelf", "recording": recording_name(2)},
     "deleted-list": {"campaign": "shelf"},
     "run-list": {"campaign": "shelf"},
     "run-show": {"campaign": "shelf", "recording": recording_name(1)},
@@ -171,6 +178,10 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         if name.startswith(("extract", "campaign-", "run-", "impact-", "channel-"))
         and name != "campaign-init"
     },
+    "run-restore": [
+        ("ingest", {"path": "{campaign}"}),
+        ("run-discard", {"campaign": "shelf", "recording": recording_name(2), "reason": "loose"}),
+    ],
     "deleted-list": [
         ("ingest", {"path": "{campaign}"}),
         ("campaign-delete", {"campaign": "shelf", "reason": "wrong sensor"}),
@@ -198,6 +209,7 @@ ANSWERED_ELSEWHERE |= {
     "archive",
     "restore",
     "run-replace",
+    "describe",
 }
 #: The roles of a server, and a store that must not be there before.
 ANSWERED_ELSEWHERE |= {"db-roles", "db-restore"}

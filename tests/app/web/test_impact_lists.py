@@ -15,7 +15,8 @@ from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.listings import iter_impacts
 from sqlalchemy import func, select
 from support.checks.well_formed import Page
-from support.processes.web_client import post
+from support.processes.web_client import post, sqlite, window
+from support.records.campaigns import gun_campaign, gun_rows, write_runs
 from support.stores.web_stores import HAMMER, Lab
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -211,3 +212,29 @@ def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> 
     assert gone.status_code == 200 and gone.json() == {"location": "/impacts"}
     after = {row["id"] for row in stored(filled)}
     assert first not in after and len(before - after) == together
+
+
+def test_a_factor_of_many_levels_is_typed_and_its_levels_are_suggested(
+    tmp_path: Path,
+) -> None:
+    """A select of 26 pressures is a list to search through; a field takes what one knows."""
+    rows = [
+        {
+            **row,
+            "tank_pressure_bar": round(0.2 + 0.013 * place, 3),
+            "bullet_mass_kg": 0.1428,
+            "impact_velocity_m_s": 10,
+        }
+        for place, row in enumerate(gun_rows(14))
+    ]
+    folder = gun_campaign(tmp_path / "shots", 14, "shots")
+    write_runs(folder, rows)
+    with window(sqlite(tmp_path)) as (client, store):
+        ingest_folder(store, folder)
+        page = client.get("/impacts").text
+        assert 'name="level.tank_pressure_pa"' in page and '<option value="0.213">' in page
+        assert '<select id="menu-2" name="where"' in page or "level.bullet_mass_kg" not in page
+        for typed in ("0.213", "0.2130"):
+            page = client.get("/impacts", params={"level.tank_pressure_pa": typed}).text
+            assert "1 impact<" in page and "Condition" in page
+        assert "No impact matches" in client.get("/impacts?level.tank_pressure_pa=9").text

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.app.operations.ingest.campaign_form import (
-    NOT_USED,
     FormChannel,
     FormTexts,
     description_of,
@@ -19,7 +18,7 @@ from pyroshock.app.operations.ingest.campaign_form import (
 )
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.folder.description import CampaignDescription, read_description
-from pyroshock.ingest.folder.description_fields import BENCH, COLUMNS, FACTS, ROLES
+from pyroshock.ingest.folder.description_fields import BENCH, COLUMNS, FACTS, NOT_USED, ROLES
 from pyroshock.ingest.folder.file_statements import read_statements
 from pyroshock.ingest.folder.proposal import propose
 from pyroshock.ingest.folder.typed_values import number_of, outline_of
@@ -112,7 +111,7 @@ def test_a_rectangle_is_an_outline() -> None:
 
 def _recording(path: Path, **arrays: object) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(path, fs=51_200.0, **arrays)  # type: ignore[arg-type]
+    np.savez(path, fs=51_200.0, **arrays)
 
 
 def test_what_files_do_not_say_is_not_filled_in(tmp_path: Path) -> None:

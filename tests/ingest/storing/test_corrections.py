@@ -55,7 +55,7 @@ def corrected(store: Store, facts: dict[str, str], *runs: int, missing: bool = F
     )
 
 
-def levels(store: Store, factor: str) -> dict[int, float | None]:
+def levels(store: Store, factor: str) -> dict[int, str | float | None]:
     with store.reading() as session:
         from pyroshock.schema.configurations import configuration_factors
         from pyroshock.schema.impacts import Impact
