@@ -193,6 +193,7 @@ why it is needed. The page /ingest shows the same as a form, and writes both fil
             "out",
             "Write the proposed campaign.toml to FILE, which must not exist.",
             _write_new(CARD),
+            in_place_of_tables=True,
             check=_refuse_existing,
         ),
         Output(

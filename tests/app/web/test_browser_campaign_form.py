@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.session import Writer, open_store
@@ -231,4 +232,40 @@ def test_what_is_missing_stands_beside_its_field(browser, lab, tmp_path):
         page.wait_for_selector(".field-error")
         assert page.locator("[name='campaign.date'][aria-invalid]").count() == 1
         # the page does not scroll sideways on a telephone
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_the_form_and_the_facts_are_read_by_everyone(browser, lab, tmp_path):
+    from axe_playwright_python.sync_playwright import Axe
+
+    folder = without_files(hammer_campaign(tmp_path / "seen", 1, 1, "seen"))
+    rules = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]}
+    with page_of(browser, lab) as page:
+        uploaded(page, folder)
+        form = page.url
+        for address in (form, "/campaigns/spring/facts", "/campaigns/spring", "/ingest"):
+            at(page, address)
+            for scheme in ("light", "dark"):
+                page.emulate_media(color_scheme=scheme)
+                report = Axe().run(page, options=rules)
+                assert report.violations_count == 0, f"{address}: {report.generate_report()}"
+            page.set_viewport_size({"width": 390, "height": 844})
+            assert page.evaluate("document.documentElement.scrollWidth") <= 390, address
+            page.set_viewport_size({"width": 1280, "height": 900})
+
+
+def test_a_name_of_256_letters_does_not_push_the_table_away(browser, lab, tmp_path):
+    name = "n" * 256
+    ingest_folder(lab.store, hammer_campaign(tmp_path / "long", 1, 1, name))
+    with page_of(browser, lab) as page:
+        at(page, "/campaigns")
+        link = page.locator(f"#campaigns a[title='{name}']")
+        assert link.count() == 1  # the whole name stands where the pointer rests
+        table = page.locator("#campaigns").bounding_box()
+        assert table is not None and table["width"] <= 1280
+        page.set_viewport_size({"width": 390, "height": 844})
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        link.click()
+        page.wait_for_selector("#counts")
+        assert page.inner_text("h1") == name  # and whole behind one tap
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
