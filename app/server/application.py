@@ -33,6 +33,7 @@ from ..operations.faults import Fault, RequestError
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
 from ..pages import campaigns as campaign_pages
+from ..pages import compare as compare_pages
 from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
 from ..pages import export as export_pages
@@ -77,6 +78,7 @@ PAGES = (
     ingest_pages,
     impact_list_pages,
     impacts_pages,
+    compare_pages,
     diagnose_pages,
     jobs_pages,
     api_pages,

@@ -50,10 +50,10 @@ class ComparedSpectra(Result):
         ]
 
     def figures(self) -> Sequence[Figure]:
-        """The spectra with their reference and its bands."""
-        from .figures import spectra_figure
+        """The spectra with their reference and its bands, and their differences from it."""
+        from .spectra_figures import compared_figure
 
-        return (spectra_figure(self.overlay),)
+        return (compared_figure(self.overlay),)
 
     def to_json(self) -> Any:
         """All spectra, and the reference at its lines."""

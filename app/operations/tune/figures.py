@@ -25,7 +25,7 @@ from ...figures.figure import (
     as_floats,
     category,
 )
-from ..impacts.figures import paper_lines
+from ..impacts.four_coordinate_paper import paper_lines
 from .bench_adapter import level_m_s2
 from .verdict import drawn_share
 
@@ -58,13 +58,14 @@ def target_figure(target: Target) -> Plot:
     finite_edges = np.concatenate([velocity, *shown])
     low = float(10 ** np.floor(np.log10(finite_edges.min())))
     high = float(10 ** np.ceil(np.log10(finite_edges.max())))
-    paper, words = paper_lines(float(lines[0]), float(lines[-1]), low, high)
+    ends_hz = float(lines[0]) / 1.1, float(lines[-1]) * 1.1
+    paper, words = paper_lines(*ends_hz, low, high)
     levels = tuple(
         f"{format_number(level * display.scale, 3)} {display.unit}" for level in dense.level_m_s2
     )
     return Plot(
         "Specification",
-        PlotAxis("natural frequency", "Hz", scale="log"),
+        PlotAxis("natural frequency", "Hz", scale="log", limits=ends_hz),
         PlotAxis("pseudo-velocity", "m/s", scale="log", limits=(low, high)),
         (
             *paper,
@@ -72,6 +73,7 @@ def target_figure(target: Target) -> Plot:
             LineSeries(lines, velocity, labels=levels, name="prescribed"),
         ),
         labels=tuple(words),
+        equal_decades=True,
     )
 
 

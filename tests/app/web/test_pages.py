@@ -76,7 +76,7 @@ def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) ->
     (f"/impacts?campaign={HAMMER}&where=tip_material=delrin", 'href="/impacts/6"'),
     ("/shots", "measured velocity (m/s)"),
     ("/impacts/1", 'id="segmentation-data"'),
-    ("/impacts/21", 'data-channel="'),
+    ("/impacts/21", 'id="channels-data"'),
     ("/impacts/1?preview=true&threshold=0.02", 'id="preview"'),
     ("/compare?factor=tip_material", 'id="overlay-data"'),
     ("/compare?normalised=true&factor=tip_radius", 'id="groups"'),
