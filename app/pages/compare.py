@@ -159,7 +159,7 @@ def spectra(
 ) -> Response:
     sent: dict[str, Any] = {
         name: request.query_params.get(name, "")
-        for name in ("channel", "q", "specification", "tolerance")
+        for name in ("channel", "q", "specification", "tolerance", "reference")
     }
     keys = re.findall(r"\d{1,9}", impacts)
     compared, why_not = None, ""
@@ -180,6 +180,7 @@ def spectra(
         impacts=impacts,
         **{**sent, "q": sent["q"] or 10.0},
         sides=sides,
+        keys=keys,
         overlay=overlay,
         why_not=why_not,
         figure=compared_figure(overlay, sides) if overlay else None,

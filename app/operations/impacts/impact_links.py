@@ -91,9 +91,9 @@ def _predictions(impact_view: Mapping[str, Any], campaign: str) -> list[ImpactLi
     pressure, velocity = impact_view.get("tank_pressure_pa"), impact_view["impact_velocity_m_s"]
     if pressure is not None:
         settings["tank_pressure_pa"] = pressure
-    elif velocity is not None:
+    elif velocity is not None and velocity_kind(impact_view["velocity_source"]) == BEFORE_CONTACT:
         settings["impact_velocity_m_s"] = velocity
-    else:
+    else:  # an integrated velocity is smaller than that before the contact, which the twin takes
         return []
     for name in _TWIN_SETTINGS:
         if impact_view.get(name) is not None:

@@ -32,22 +32,30 @@ const pyroshock = (() => {
     });
     box.append(row);
   };
-  // Charts of one group show the same stretch of x and have one cursor: what one does, the others
-  // follow.
+  // Charts of one group show the same stretch of x and the same curves, and have one cursor: what one
+  // does, the others follow.
   const link = (element) => {
     const group = element.dataset.link;
     if (!group) return;
-    const others = (act) => {
+    const others = (aspect, act) => {
       if (element.following) return;
       document.querySelectorAll(`[data-link="${CSS.escape(group)}"]`).forEach((other) => {
         if (other === element || !other.chart || other.chart.charts) return;
-        other.following = true;
+        other.following = aspect;
         act(other.chart);
-        other.following = false;
+        other.following = "";
       });
     };
-    element.addEventListener("zoomed", ({ detail }) => others((chart) => chart.zoom({ x: detail })));
-    element.addEventListener("pointed", ({ detail }) => others((chart) => chart.follow(detail)));
+    const follow = {
+      zoomed: (chart, ends) => chart.zoom({ x: ends }),
+      pointed: (chart, x) => chart.follow(x),
+      switched: (chart, names) => chart.hide(names),
+    };
+    Object.entries(follow).forEach(([event, act]) =>
+      element.addEventListener(event, ({ detail }) =>
+        others(event, (chart) => act(chart, detail)),
+      ),
+    );
   };
   // The address holds what each chart is zoomed to and which curves are hidden, so that a link shows
   // what is seen: `spectra.x=100~2000&spectra.hide=shot+2`, by the id of the chart.
@@ -56,19 +64,22 @@ const pyroshock = (() => {
     new URLSearchParams(location.hash.includes("=") ? location.hash.slice(1) : "");
   const hold = (id, chart) => {
     const address = held(),
-      first = chart.firstView();
+      first = chart.firstView(),
+      { following } = chart.element; // what it follows stands in the address at the chart that leads
     const words = (ends) =>
       ends ? ends.map((end) => Number(end.toPrecision(7))).join("~") : EVERYTHING;
     ["x", "y"].forEach((key) => {
-      const view = words(chart.view[key]),
-        follows = key === "x" && chart.element.following; // the chart that leads is in the address
-      if (follows || view === words(first[key])) address.delete(`${id}.${key}`);
+      const view = words(chart.view[key]);
+      if (key === "x" && following === "switched") return;
+      if ((key === "x" && following === "zoomed") || view === words(first[key]))
+        address.delete(`${id}.${key}`);
       else address.set(`${id}.${key}`, view);
     });
-    address.delete(`${id}.hide`);
+    if (following !== "zoomed") address.delete(`${id}.hide`);
     const usual = chart.hiddenAtFirst(),
       names = [...chart.hidden];
-    if (names.length !== usual.size || names.some((name) => !usual.has(name)))
+    const differs = names.length !== usual.size || names.some((name) => !usual.has(name));
+    if (differs && !following)
       (names.length ? names : [""]).forEach((name) => address.append(`${id}.hide`, name));
     const text = address.toString();
     history.replaceState(

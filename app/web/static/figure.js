@@ -94,7 +94,7 @@ const PyroshockChart = (() => {
     }
 
     // Zoom to ends of the axes, null for everything. Whoever listens is told of another stretch of x
-    // ("zoomed"), and of any other view, entries of the legend included ("viewed").
+    // ("zoomed"), of other entries of the legend ("switched"), and of any other view ("viewed").
     zoom(view) {
       this.view = this.evened({ ...this.view, ...view }, view);
       this.paint();
@@ -187,6 +187,7 @@ const PyroshockChart = (() => {
       );
       this.paint();
       this.element.dispatchEvent(new CustomEvent("viewed"));
+      this.element.dispatchEvent(new CustomEvent("switched", { detail: [...this.hidden] }));
     }
 
     swatch(name, x = 0, y = 0) {

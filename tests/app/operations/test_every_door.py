@@ -146,7 +146,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "sampling_rate_hz": 100.0,
         "frequency_hz": (10.0,),
     },
-    "spectra": {"impact": (21,), "q": 25},
+    "spectra": {"impact": (21,), "q": 25, "reference": 21},
     "calibrate": {
         "file": "reference,reading_v\n0,0.3626\n1,0.9248\n2,1.4862\n3,2.0491\n",
         "date": "2026-03-02",

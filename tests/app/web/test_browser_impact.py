@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -297,6 +298,27 @@ def test_the_page_of_an_impact_is_three_screens_high_at_most(browser, lab, found
         assert spectrum["y"] >= strips["y"] + strips["height"]
 
 
+def test_the_record_is_usable_in_seconds_on_a_slow_line(browser, lab):
+    """1.6 Mbit/s and 150 ms: until all channels are drawn and take zooms and keys."""
+    line = {
+        "offline": False,
+        "latency": 150,
+        "downloadThroughput": 1.6e6 / 8,
+        "uploadThroughput": 0.75e6 / 8,
+    }
+    impact = a_shot(lab)
+    with page_of(browser, lab, width=1400) as page:
+        opened(page, impact)  # the server has read the store once
+    with page_of(browser, lab, width=1400) as page:
+        session = page.context.new_cdp_session(page)
+        session.send("Network.enable")
+        session.send("Network.emulateNetworkConditions", line)
+        begun = time.monotonic()
+        page.goto(f"/impacts/{impact}", wait_until="commit")
+        page.wait_for_selector("#channels[data-zoomable=yes]")
+        assert time.monotonic() - begun < 4.0 * SLOW
+
+
 # --- spectra: levels and differences on one axis, four-coordinate paper ---
 
 
@@ -443,6 +465,7 @@ def test_a_switched_curve_leaves_both_plots_and_their_files(browser, lab):
             f"{LEVELS}.charts.map((chart) => chart.shown().map((own) => own.name))"
         )
         assert all(name not in names and len(names) > 3 for names in shown)
+        assert name not in page.evaluate(f"{PAPER}.shown().map((own) => own.name)")
         page.evaluate(f"{LEVELS}.charts[0].zoom({{ x: [300, 900] }})")
         address = page.url
         tools = page.locator("#spectra .chart-tools")
@@ -467,6 +490,10 @@ def test_a_switched_curve_leaves_both_plots_and_their_files(browser, lab):
         assert page.evaluate(restored) == [pytest.approx([300, 900])] * 2
         hidden = page.locator("#spectra .legend button[aria-pressed=false]").all_inner_texts()
         assert hidden == [name]
+        assert name not in page.evaluate(f"{PAPER}.shown().map((own) => own.name)")
+        page.evaluate(f"{PAPER}.zoom({{ x: [400, 800] }})")
+        assert "paper.x=400" in page.url and "spectra.x" not in page.url
+        assert "spectra.hide=" in page.url
 
 
 def test_one_pulse_is_a_point_and_no_box(browser, lab):

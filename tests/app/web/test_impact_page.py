@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 from pyroshock.app.web.rendering import filled_columns
+from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.recordings import QualityFinding, RecordedChannel
+from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
+from pyroshock.signals.channel import Sensor
 from sqlalchemy import select
+from support.stores.recorded import add_recording
 from support.stores.web_stores import GUN, HAMMER, Lab
 
 G = 9.80665
@@ -115,24 +119,47 @@ def test_shots_of_a_gun_show_the_prediction_that_no_shot_has_changed(filled: Lab
     assert "where=id%3D4" in links["shot"].address
 
 
-def test_an_impact_with_accelerations_has_its_spectrum_and_others_say_why_not(filled: Lab) -> None:
+@pytest.mark.parametrize(("source", "predicted"), [("laser", True), ("integrated", False)])
+def test_only_a_velocity_before_the_contact_is_given_to_the_twin(
+    filled: Lab, source: str, predicted: bool
+) -> None:
+    from pyroshock.app.operations.impacts.impact_links import impact_links
+
+    view = {
+        "id": 6, "campaign": HAMMER, "run": 1, "repetition": 1, "impact_velocity_m_s": 2.0,
+        "impact_velocity_u_m_s": None, "velocity_source": source,
+    }  # fmt: skip
+    with filled.store.reading() as session:
+        labels = [link.label for link in impact_links(session, view)]
+    assert ("prediction" in labels) == predicted
+
+
+def test_an_impact_with_accelerations_has_its_spectrum(filled: Lab) -> None:
     spectrum = data_of(filled.client.get("/impacts/21").text, "spectrum-data")
     compared = filled.client.get("/api/spectra?impact=21").json()
     for own, shown in zip(compared["spectra"], spectrum["series"], strict=True):
         assert shown["y"] == pytest.approx([level / G for level in own["maximax"]], rel=1e-5)
-    with filled.store.reading() as session:
-        without = session.scalars(
-            select(Impact.id).where(
-                ~select(RecordedChannel.id)
-                .where(
-                    RecordedChannel.recording_id == Impact.recording_id,
-                    RecordedChannel.quantity == "acceleration",
-                )
-                .exists()
-            )
-        ).first()
-    if without is not None:
-        assert 'id="no-spectrum"' in filled.client.get(f"/impacts/{without}").text
+
+
+def test_an_impact_without_acceleration_and_pulse_shows_its_whole_record(filled: Lab) -> None:
+    sensors = {Sensor("ring", "force", "N"): np.random.default_rng(3).normal(size=2000)}
+    recording, _ = add_recording(filled.store, sensors, 10_000.0, campaign="forces")
+    with filled.store.writing() as session:
+        campaign = session.get_one(Recording, recording).campaign_id
+        configuration = session.scalars(select(Configuration.id)).first()
+        row = Impact(
+            campaign_id=campaign, run=1, repetition=1, configuration_id=configuration,
+            recording_id=recording,
+        )  # fmt: skip
+        session.add(row)
+        session.flush()
+        impact = row.id
+    page = filled.client.get(f"/impacts/{impact}").text
+    assert "no acceleration" in page[page.index('id="no-spectrum"') :][:200]
+    assert f"impact {impact} has no pulse" in page
+    (strip,) = data_of(page, "channels-data")["rows"]
+    assert strip["x"]["first_view"] is None
+    assert strip["x"]["limits"] == pytest.approx([0.0, 199.9])
 
 
 def test_spectra_are_sent_with_their_differences_below(filled: Lab) -> None:
@@ -144,14 +171,29 @@ def test_spectra_are_sent_with_their_differences_below(filled: Lab) -> None:
     upper, lower = data_of(answer.text, "spectra-data")["rows"]
     (levels,) = [own for own in upper["series"] if own["name"].startswith("impact")]
     (differences,) = [own for own in lower["series"] if own["name"].startswith("impact")]
-    import numpy as np
-
     np.testing.assert_allclose(
         differences["y"], 20 * np.log10(np.array(levels["y"]) / 10), atol=1e-3
     )
     tolerance = [own for own in upper["series"] if own["name"] == "specification's tolerance"]
     assert len(tolerance) == 2
     assert answer.text.count('data-link="frequency"') == 2
+
+
+def test_a_reference_is_one_of_the_impacts_and_no_second_one(filled: Lab) -> None:
+    page = filled.client.get("/compare/spectra?impacts=21&reference=21").text
+    (curve,) = [
+        own
+        for own in data_of(page, "spectra-data")["rows"][1]["series"]
+        if own["name"].startswith("impact")
+    ]
+    assert curve["y"] == pytest.approx([0.0] * len(curve["y"]), abs=1e-6)
+    assert '<option value="21" selected>impact 21</option>' in page
+    for query, words in (
+        ("impacts=21&reference=6", "expected one of the impacts: 21"),
+        ("impacts=21&reference=21&specification=frequency_hz,level_g%0A1,2%0A", "expected one of"),
+    ):
+        answer = filled.client.get(f"/compare/spectra?{query}")
+        assert answer.status_code == 422 and words in answer.text
 
 
 def test_a_column_without_any_value_is_left_out_of_a_table(filled: Lab) -> None:
