@@ -6,7 +6,7 @@ const PyroshockChart = (() => {
   const { DASHES, KINDS, area, dots, html, node, paint, point, rectangle, shades, stroke } =
     pyroshockMarks;
   // Widths and heights in px: of a letter, about the axes, of the scale of colours, of what a region
-  // has at least. A chart lower than STRIP has its title within; one with equal decades is no higher
+  // has at least. A chart of a stack that is lower than STRIP has its title within; one with equal decades is no higher
   // than HIGHEST.
   const CHARACTER = 6.7,
     TOP = 12,
@@ -244,7 +244,7 @@ const PyroshockChart = (() => {
     }
 
     get strip() {
-      return this.figure.height !== null && this.figure.height < STRIP;
+      return this.stack !== null && this.figure.height !== null && this.figure.height < STRIP;
     }
 
     drawn(width, usual) {

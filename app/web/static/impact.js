@@ -20,14 +20,13 @@ document.addEventListener("DOMContentLoaded", () => {
     // What each channel holds: the whole record as extremes, and one window more finely.
     const held = stack.charts.map((chart, i) => {
       const [own] = chart.figure.series,
-        view = chart.firstView().x,
-        inside = (t) => view && t >= view[0] && t <= view[1];
+        view = chart.firstView().x;
       chart.element.dataset.channel = facts.channels[i].key;
       chart.element.dataset.exact = String(facts.channels[i].exact);
-      const whole = own.x.map((t, k) => [t, own.y[k]]);
+      const outline = own.x.map((t, k) => [t, own.y[k]]);
       Object.assign(own, { bucket: facts.channels[i].bucket });
       if (view && facts.channels[i].exact) own.fine = view;
-      return { outline: whole.filter(([t]) => !inside(t)), exact: facts.channels[i].exact, view };
+      return { outline, exact: facts.channels[i].exact, view };
     });
     const tell = () => {
       const decimated = held.filter(({ exact }) => !exact).length;
@@ -56,12 +55,12 @@ document.addEventListener("DOMContentLoaded", () => {
         before = beside.filter(([t]) => t < ends[0]),
         after = beside.filter(([t]) => t > ends[1]);
       const values = answer.values.map((value) => (value === null ? null : value * scale));
-      const bucket = answer.decimated
-        ? (2e3 * (answer.stop - answer.first)) / times.length / answer.sampling_rate_hz
-        : 0;
+      // samples of a bucket as the server counts them (bucket_length in signals.py), in ms
+      const samples = Math.ceil((answer.stop - answer.first) / Math.floor((points - 2) / 2)),
+        bucket = answer.decimated ? (1e3 * samples) / answer.sampling_rate_hz : 0;
       Object.assign(own, {
         fine: answer.decimated ? null : ends,
-        bucket: Math.max(bucket, answer.decimated ? 0 : facts.channels[i].bucket),
+        bucket: bucket || facts.channels[i].bucket,
       });
       Object.assign(held[i], { exact: !answer.decimated, view: ends });
       chart.replace(

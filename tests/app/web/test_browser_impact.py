@@ -497,7 +497,7 @@ def test_a_switched_curve_leaves_both_plots_and_their_files(browser, lab):
 
 
 def test_one_pulse_is_a_point_and_no_box(browser, lab):
-    figure = """{ title: "Boxes", description: "", cursor: "nearest", height: 200, lines: [],
+    figure = """{ title: "Boxes", description: "", cursor: "nearest", height: 120, lines: [],
       regions: [], labels: [], legend: ["a"], equal_decades: false,
       x: { heading: "tip", unit: "", scale: "linear", categories: ["one"], limits: [-0.5, 0.5] },
       y: { heading: "error (%)", unit: "%", scale: "linear", categories: [], limits: [0, 6] },
@@ -511,3 +511,5 @@ def test_one_pulse_is_a_point_and_no_box(browser, lab):
               .map((path) => path.getAttribute("d")).filter(Boolean)"""
         )
         assert len(paths) == 1 and re.fullmatch(r"M[\d.]+ [\d.]+h0", paths[0])
+        words = page.locator("#overlay .drawing text").all_text_contents()
+        assert "error (%)" in words  # a low chart alone keeps the heading of its axis
