@@ -46,8 +46,9 @@ _SEVERITY_ROLES = {
 @dataclass(frozen=True, eq=False)
 class RecordStrips:
     """`figure` is None where no channel can be drawn; `signals` are the channels of its rows,
-    `buckets_ms` the length of what each point of a whole record stands for, and `window_ms` what
-    has every sample. `damaged` says of other channels why they are not drawn."""
+    `buckets_ms` the length of what each point of a whole record stands for (0: one sample), and
+    `exact` whether what a page opens with has every sample. `damaged` says of other channels why
+    they are not drawn."""
 
     figure: PlotGrid | None
     signals: tuple[Mapping[str, Any], ...]
