@@ -18,6 +18,7 @@ from ...schema.base import to_plain
 from ...schema.engine import StoreError
 from ...schema.jobs import DONE, FAILED, STOPPED, WAITING, Job
 from ...schema.session import Store
+from .kept_result import kept
 from .kind import InterruptedWorkError, JobResult, StoppedError
 from .lease import Lease, LeaseLostError, change
 
@@ -68,7 +69,7 @@ def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgr
     columns = {
         "address": result.address,
         "words": result.words,
-        "result": result.data,
+        "result": kept(result.data, result.whole),
         "what": progress.what,
     }
     _end(
@@ -76,9 +77,11 @@ def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgr
     )
 
 
-def fail(store: Store, lease: Lease, why: str) -> None:
-    """The job ends with an error, in words. Raises `LeaseLostError`."""
-    store.write(lambda session: _end(session, lease, FAILED, {"error": to_plain(why)}))
+def fail(store: Store, lease: Lease, why: str, fault: str = "") -> None:
+    """The job ends with an error, in words, of this kind (`kept_result.fault_of`). Raises
+    `LeaseLostError`."""
+    columns = {"error": to_plain(why), **({"result": kept(None, None, fault)} if fault else {})}
+    store.write(lambda session: _end(session, lease, FAILED, columns))
 
 
 def stopped(store: Store, lease: Lease) -> None:

@@ -18,6 +18,7 @@ from ...schema.provenance import Provenance
 from ...schema.session import Store
 from ..common.number_format import finite
 from ..operations.upload_folders import stored_scratch
+from .kept_result import data_of, stored_fault, stored_whole
 from .kind import Arguments, JobForm, Kind
 from .known_kinds import KINDS
 
@@ -102,7 +103,29 @@ def get_job(store: Store, key: int) -> JobView:
         job = session.get(Job, key, options=[undefer(Job.result)])
         if job is None:
             raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
-        return _view(job, job.result)
+        return _view(job, data_of(job.result))
+
+
+@dataclass(frozen=True)
+class EndedJob:
+    """What has come of a job for a client: its whole result, or which kind of error ended it."""
+
+    kind: str
+    state: str
+    error: str | None
+    fault: str
+    whole: Any
+
+
+def ended_with(store: Store, key: int) -> EndedJob:
+    """What has come of a job, None as the whole result of one that has none. Raises
+    `UnknownJobError`."""
+    with store.reading() as session:
+        job = session.get(Job, key, options=[undefer(Job.result)])
+        if job is None:
+            raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
+        whole, fault = stored_whole(job.result), stored_fault(job.result)
+        return EndedJob(job.kind, job.state, job.error, fault, whole)
 
 
 def list_jobs(

@@ -40,6 +40,7 @@ from .claims import (
     tidy_up,
 )
 from .heartbeat import Heartbeat, fail, finish, give_back, stopped
+from .kept_result import fault_of
 from .kind import InterruptedWorkError, RunningJob, StoppedError
 from .known_kinds import KINDS
 from .lease import FencedStore, LeaseLostError
@@ -86,8 +87,8 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
         ):  # the store's trouble, not the job's
             _handed_back(bench, claimed)
             raise
-        words = _words(error)
-        _ended(claimed, lambda: fail(bench.store, lease, words))
+        words, fault = _words(error), fault_of(error) if is_for_the_user(error) else ""
+        _ended(claimed, lambda: fail(bench.store, lease, words, fault))
     except BaseException:  # an interruption, too, hands the job back; it is raised again
         _handed_back(bench, claimed)
         raise
