@@ -18,6 +18,7 @@ from ..operations.operation import Asked, Operation, Request
 from ..web.dependencies import InLaboratory, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
+from ..web.result_answer import result_answer, wants_result
 
 
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
@@ -41,7 +42,8 @@ def _add(router: APIRouter, operation: Operation[Any, Any], method: str, address
             return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:
             operation.check(request, laboratory)
-        return finite(operation.answer(request, laboratory, _no_progress).to_network_json())
+        answer = operation.answer(request, laboratory, _no_progress)
+        return result_answer(answer) if wants_result(http) else finite(answer.to_network_json())
 
     router.add_api_route(
         address,

@@ -27,6 +27,7 @@ from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.page import section_style
 from ..doors.api import ingest as ingest_api
+from ..doors.api import library as library_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
@@ -69,6 +70,7 @@ from .page_cache import PageCache
 #: A new feature's `api` and `pages` get a word here.
 _API = (
     ingest_api,
+    library_api,
     csrf,
 )
 PAGES = (

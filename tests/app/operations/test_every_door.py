@@ -26,6 +26,7 @@ from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask as ask_job
 from pyroshock.app.library.experiment_store import ExperimentStore
 from pyroshock.app.library.plans import PlanCollection
+from pyroshock.app.library.server_answers import ServerAnswers
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.faults import argument_of, bare, bounds, read
@@ -40,7 +41,8 @@ from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from pyroshock.validation import blind_check
 from starlette.testclient import TestClient
-from support.processes.web_client import ended, post, post_json, window
+from support.checks.same_results import assert_same_result, sent
+from support.processes.web_client import TestConnection, ended, post, post_json, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, recording_name
 from support.records.twin_parts import unsolved
@@ -208,6 +210,10 @@ _OF_THE_STORE = {"db-copy": {"sha256"}, "db-backup": {"size_bytes"}}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
 _SEEN_ON_A_PAGE = object()
 NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
+
+
+#: Results that hold what a test has made up, which no client knows.
+UNSENT = {"blind-check"}
 
 
 class MadeUpScore:
@@ -388,8 +394,8 @@ def test_a_request_gives_the_same_answer_at_every_door(
     answers: dict[str, Any] = {}
     passing = _OF_THE_MOMENT | _OF_THE_STORE.get(name, set())
     campaign = hammer_campaign(tmp_path / "shelf", 2, 1, "shelf")
-    for door in DOORS:
-        if door in declared.absent:
+    for door in (*DOORS, "client"):
+        if {"client": "json"}.get(door, door) in declared.absent:
             continue
         folder = tmp_path / door
         url = f"sqlite:///{folder / 'lab.db'}"
@@ -401,7 +407,7 @@ def test_a_request_gives_the_same_answer_at_every_door(
             filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
         places = {"folder": folder / "out", "store": folder / "lab.db", "campaign": campaign}
         values = with_places(EXAMPLES[name], **places)
-        works = door in ("json", "form") and declared.long
+        works = door in ("json", "form", "client") and declared.long
         with window(url, works=works, folders=(tmp_path,)) as (client, store):
             prepare(name, store, url, campaign)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
@@ -411,7 +417,8 @@ def test_a_request_gives_the_same_answer_at_every_door(
             answers[door] = json.loads(
                 json.dumps(lasting(answer, passing), sort_keys=True).replace(str(folder), "FOLDER")
             )
-    python = answers.pop("python", {})
+    python, remote = answers.pop("python", {}), answers.pop("client", None)
+    assert remote in (None, python) or "python" in declared.absent
     first = answers.pop("command", python.get("result", answers.get("json")))
     expected = {"json": python.get("network", first)}
     assert python.get("result", first) == first
@@ -445,8 +452,18 @@ def _answer(
         method.__set_name__(Library, "method")
         given = {key: part for key, part in values.items() if key != "method"}
         made = method.__get__(library)(**given)
+        if declared.name not in UNSENT:
+            assert_same_result(made, sent(made))
         plain = made.to_json()
         return {"result": plain, "network": plain if declared.long else made.to_network_json()}
+    if door == "client" and declared.name not in UNSENT:
+        asked = read(variant(declared, values), values, "python")
+        server = ServerAnswers(TestConnection(client))
+        made = server.answer(declared, asked, progress=False)
+        plain = made.to_json()
+        return {"result": plain, "network": plain if declared.long else made.to_network_json()}
+    if door == "client":
+        return _answer("python", declared, values, client, library, folder)
     if door == "json":
         answer = asked_as_json(client, declared, values)
         assert answer.status_code in (200, 202), answer.text
@@ -494,12 +511,16 @@ NO_OPERATION = {
     "demo": "It starts a tour, which asks for operations.",
     "/api/csrf": "It gives the token that a write needs.",
     "/api/ingest/upload": "Its body is a form with files, in place of the path of an ingest.",
+    "/api/channels/{channel}/samples": "Its answer is a file of NumPy and no JSON.",
+    "ExperimentStore.job": "It gives an object that waits for a job.",
     "/api/ingest/folders": "It names what the path of an ingest may be.",
     "PlanCollection.open": "It gives an object whose methods are operations of the plan.",
     "PlanCollection.list": "Its rows are those of `plan-list`.",
     "ExperimentStore.close": "It ends the connection to the store.",
     "ExperimentStore.plan": "It gives the methods of plans.",
     "ExperimentStore.twin": "It gives an object whose methods predict.",
+    "ExperimentStore.campaigns": "Its rows are those of `campaign-list`, here or of a server.",
+    "ExperimentStore.shots": "Its rows are those of `shot-list`, here or of a server.",
     "ExperimentStore.impacts": "Its rows are those of `impact-list`, read as columns of a frame.",
     "ExperimentStore.pulse": "It gives arrays of a pulse, which no other door has.",
     "ExperimentStore.recording": "It gives channels that read their samples when they are used.",
