@@ -53,6 +53,8 @@ PAGES = {
     "deleted": "/deleted",
     "jobs": "/jobs",
     "api": "/api",
+    "api-read": "/operations/get-api-impacts",
+    "api-plan": "/operations/post-api-plans",
     "not-there": "/campaigns/none-of-that-name",
     "report-campaign": "/reports/campaign/rehearsal.html",
     "report-diagnosis": "/reports/diagnosis/1.html",
