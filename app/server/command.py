@@ -139,7 +139,9 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
     from .connections import server_options
 
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as listener:
+    # With the protocol named, asyncio sends each part of an answer at once: else the second answer
+    # on a connection waits 40 ms for the client to confirm the first part.
+    with socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((settings.host.strip("[]"), settings.port))
