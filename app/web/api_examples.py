@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .api_reference import ApiField
+from .api_field import ApiField
 
 #: Operation -> how the Python library asks for it, of a `store` that `ps.open` has opened.
 CLIENT_CALLS = {
