@@ -239,7 +239,11 @@ class ChannelFacts:
 
     @classmethod
     def of(cls, row: RecordedChannel) -> ChannelFacts:
-        """The facts of a row of the store."""
+        """The facts of a row of the store.
+
+        Parameters:
+            row: The channel.
+        """
         rate, start = row.sampling_rate_hz, row.start_s
         return cls(row.id, row.name, row.quantity, row.si_unit, rate, start, row.samples)
 

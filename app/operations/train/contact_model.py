@@ -95,12 +95,27 @@ class PredictingVersion(Protocol):
     """A version that predicts, wherever the model itself is."""
 
     @property
-    def version(self) -> Version: ...
+    def version(self) -> Version:
+        """The version as the registry lists it."""
+        ...
+
     @property
-    def predictors(self) -> tuple[Predictor, ...]: ...
+    def predictors(self) -> tuple[Predictor, ...]:
+        """What it predicts from."""
+        ...
+
     @property
-    def shots(self) -> int: ...
-    def predict(self, inputs: Inputs, /) -> Answer: ...
+    def shots(self) -> int:
+        """How many pulses it was trained on."""
+        ...
+
+    def predict(self, inputs: Inputs) -> Answer:
+        """Pulses of impacts.
+
+        Parameters:
+            inputs: The impacts, with the predictors that the model learned from.
+        """
+        ...
 
 
 class StoredModel:
