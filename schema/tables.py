@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from . import (
+    audit,
     benches,
     campaign_counts,
     campaigns,
     diagnoses,
     impacts,
     jobs,
+    notes,
     provenance,
     recordings,
     registered_models,
+    users,
 )
 from .base import Base
 
 metadata = Base.metadata
 
 __all__ = [
+    "audit",
     "benches",
     "campaign_counts",
     "campaigns",
@@ -25,7 +29,9 @@ __all__ = [
     "impacts",
     "jobs",
     "metadata",
+    "notes",
     "provenance",
     "recordings",
     "registered_models",
+    "users",
 ]

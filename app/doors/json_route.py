@@ -18,6 +18,7 @@ from ..operations.operation import Asked, Operation, Request
 from ..web.dependencies import InLaboratory, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
+from ..web.role_needs import role_of
 
 
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
@@ -47,9 +48,10 @@ def _add(router: APIRouter, operation: Operation[Any, Any], method: str, address
         address,
         endpoint,
         methods=[method],
+        dependencies=[Depends(role_of(operation))],
         name=operation.name,
         summary=operation.help.partition("\n")[0],
-        description=operation.help,
+        description=f"{operation.help}\n\nIt needs the role {operation.needed_role}.",
         tags=[topic_of(operation.name)],
         openapi_extra=_openapi(operation, method, address),
     )

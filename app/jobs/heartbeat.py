@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -76,14 +77,22 @@ def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgr
     )
 
 
-def fail(store: Store, lease: Lease, why: str) -> None:
+#: Writes what else belongs to the end of a job, in the transaction that ends it.
+Record = Callable[[Session], None]
+
+
+def _nothing_else(_: Session) -> None:
+    pass
+
+
+def fail(store: Store, lease: Lease, why: str, record: Record = _nothing_else) -> None:
     """The job ends with an error, in words. Raises `LeaseLostError`."""
-    store.write(lambda session: _end(session, lease, FAILED, {"error": to_plain(why)}))
+    store.write(lambda session: _end(session, lease, FAILED, {"error": to_plain(why)}, record))
 
 
-def stopped(store: Store, lease: Lease) -> None:
+def stopped(store: Store, lease: Lease, record: Record = _nothing_else) -> None:
     """The job ends because a person wanted it. Raises `LeaseLostError`."""
-    store.write(lambda session: _end(session, lease, STOPPED, {}))
+    store.write(lambda session: _end(session, lease, STOPPED, {}, record))
 
 
 def give_back(store: Store, lease: Lease, why: str = "") -> None:
@@ -92,8 +101,15 @@ def give_back(store: Store, lease: Lease, why: str = "") -> None:
     store.write(lambda session: change(session, lease, again))
 
 
-def _end(session: Session, lease: Lease, state: str, values: dict[str, Any]) -> None:
+def _end(
+    session: Session,
+    lease: Lease,
+    state: str,
+    values: dict[str, Any],
+    record: Record = _nothing_else,
+) -> None:
     change(session, lease, {**values, "state": state, "ended_at": datetime.now(UTC)})
+    record(session)
 
 
 #: A lease is kept by so many beats: some may come late, on a machine that is busy or a store that

@@ -44,7 +44,15 @@ SECTIONS: dict[str, dict[str, str]] = {
     "Reports and files": {
         "report": "Write a campaign, a diagnosis or a model as one page or PDF.",
         "export": "Write impacts, shots, pulses or series to a file.",
+        "search": "Find campaigns, models, notes and all else by words.",
         "query": "Ask the store a question in SQL.",
+    },
+    "People": {
+        "users": "List the people who sign in; add, change or remove one.",
+        "notes": "List the notes; write, change or withdraw one.",
+        "tags": "List the tags; put one on something, or take it off.",
+        "filters": "List the saved filters of lists; save or delete one.",
+        "audit": "List who has changed what.",
     },
     "Operation": {
         "serve": "Start the web application.",
@@ -81,6 +89,12 @@ NOUNS = {
     "pyroshock models --promotions",
     "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
     "jobs": "pyroshock jobs --last 50",
+    "notes": 'pyroshock notes add campaign rehearsal --text "retightened on day 2"\n'
+    "pyroshock notes",
+    "tags": "pyroshock tags add impact 1 doubtful\npyroshock impacts --where tag=doubtful",
+    "filters": 'pyroshock filters save hard-hits "/impacts?where=peak_force_n>1000"\n'
+    "pyroshock filters",
+    "users": "pyroshock users add anna --role engineer\npyroshock users",
     "db": "pyroshock db check --fast",
 }
 #: Noun -> the command that takes a word which is none: `models gp@1` is `models show gp@1`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
@@ -25,6 +25,7 @@ from ..operations.upload_folders import discard, make_scratch
 from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Running
 from ..web.jobs import Jobs, ask_operation, followed
 from ..web.rendering import page
+from ..web.role_needs import role_of
 from ..web.uploads import UploadError, copy_file
 
 router = APIRouter()
@@ -63,7 +64,7 @@ def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Respons
     )
 
 
-@router.post("/deleted/{stone}/restore")
+@router.post("/deleted/{stone}/restore", dependencies=[Depends(role_of(RESTORE))])
 def restore(stone: Key, laboratory: InLaboratory, jobs: Running) -> Response:
     """Bring an archived campaign back from the file of this machine."""
     _campaign, file = _archive_of(laboratory.store, laboratory.db, stone)
@@ -88,7 +89,7 @@ def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
     return campaign, file
 
 
-@router.post("/ingest/restore")
+@router.post("/ingest/restore", dependencies=[Depends(role_of(RESTORE))])
 async def restore_upload(
     request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:

@@ -10,6 +10,7 @@ from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
 from ...schema.diagnoses import Diagnosis
+from ...schema.person_roles import READER
 from ..doors.form_route import SentTexts
 from ..operations.diagnose.discriminating_plan import plan_name
 from ..operations.diagnose.make import DIAGNOSE
@@ -28,8 +29,10 @@ from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
+from ..web.role_needs import NeedsRole
 
 router = APIRouter()
+_READS = NeedsRole(READER, "an answer about a diagnosis")
 PAGE = 25
 #: Of the form: what the campaign is asked for by itself, and what stands below "Tolerances".
 _FIELDS = ("campaign", "simulator")
@@ -70,7 +73,7 @@ def diagnoses(
     )
 
 
-@router.post("/diagnoses/{diagnosis}/what-if")
+@router.post("/diagnoses/{diagnosis}/what-if", dependencies=[Depends(_READS)])
 def what_if(
     diagnosis: Key,
     store: OpenStore,

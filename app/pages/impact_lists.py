@@ -25,17 +25,21 @@ from ...schema.listings import (
     list_shots_page,
     list_thumbnails,
 )
+from ...schema.person_roles import READER
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
 from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
 from ..operations.faults import FieldError
 from ..operations.impacts.listing import ImpactRows
+from ..operations.train.build_dataset import DATASET_BUILD
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import status_of_fault
 from ..web.page_sources import THE_STORE
 from ..web.rendering import page, part, query
+from ..web.role_needs import NeedsRole, role_of
 
 router = APIRouter()
+_READS = NeedsRole(READER, "the comparison of impacts")
 PAGE = 100
 #: Impacts of a filter that are counted; of more it is said that they are more.
 COUNTED = 100_000
@@ -234,13 +238,13 @@ def _shot_row(shot: Mapping[str, Any], impact: int | None) -> dict[str, Any]:
 Ticked = Annotated[list[int], Form(max_length=PAGE)]
 
 
-@router.post("/impacts/compare")
+@router.post("/impacts/compare", dependencies=[Depends(_READS)])
 def compareticked(impact: Ticked = []) -> Response:  # noqa: B006
     """On to the spectra and pulses of the impacts that are ticked."""
     return RedirectResponse(f"/compare/spectra?impacts={','.join(map(str, ticked(impact)))}", 303)
 
 
-@router.post("/impacts/dataset")
+@router.post("/impacts/dataset", dependencies=[Depends(role_of(DATASET_BUILD))])
 def freezeticked(
     store: OpenStore,
     impact: Ticked = [],  # noqa: B006

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
@@ -26,6 +26,7 @@ from ..operations.upload_folders import discard, take_checked
 from ..web.dependencies import Configured, InLaboratory, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
+from ..web.role_needs import role_of
 from ..web.uploads import asked_of_upload
 
 router = APIRouter()
@@ -49,7 +50,7 @@ def ingest(request: Request, store: OpenStore, settings: Configured) -> Response
     )
 
 
-@router.post("/ingest/upload")
+@router.post("/ingest/upload", dependencies=[Depends(role_of(INGEST))])
 async def by_upload(
     request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:
@@ -79,7 +80,7 @@ def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Resp
     )
 
 
-@router.post("/ingest/checks/{job}/store")
+@router.post("/ingest/checks/{job}/store", dependencies=[Depends(role_of(INGEST))])
 def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
     """Store what was checked, with the same settings."""
     checked_request, job_row = _asked(store, job), jobs.get(job)
@@ -96,7 +97,7 @@ def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configure
     return followed(ask_operation(INGEST, read(FolderIngest, values, "stored"), laboratory, jobs))
 
 
-@router.post("/ingest/checks/{job}/discard")
+@router.post("/ingest/checks/{job}/discard", dependencies=[Depends(role_of(INGEST))])
 def discard_checked(job: Key, store: OpenStore) -> Response:
     """Remove an upload that nobody wants to store; a folder that was named by its path stays as it
     is."""

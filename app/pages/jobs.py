@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.jobs import FAILED, STATES, STOPPED
+from ...schema.person_roles import OPERATOR
 from ..jobs.kind import JobForm
 from ..jobs.queue import JobView, list_jobs, users_of
 from ..web.dependencies import Key, OpenStore, Running
@@ -22,8 +23,10 @@ from ..web.job_words import (
 )
 from ..web.jobs import followed
 from ..web.rendering import page, query
+from ..web.role_needs import NeedsRole
 
 router = APIRouter()
+_ASKS_AGAIN = NeedsRole(OPERATOR, "asking for a job again")
 PAGE = 200
 Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
@@ -97,7 +100,7 @@ def form_values(job: Key, running: Running) -> dict[str, Any]:
     return {"form": form.form, "fields": dict(form.fields)}
 
 
-@router.post("/jobs/{job}/again")
+@router.post("/jobs/{job}/again", dependencies=[Depends(_ASKS_AGAIN)])
 def again(job: Key, store: OpenStore, running: Running) -> Response:
     """Ask for a job that failed or was stopped once more, with the same values."""
     return followed(running.again(store, job))

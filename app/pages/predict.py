@@ -31,6 +31,7 @@ from ..operations.predict.nearest_shots import (
     shots_of,
     velocity_basis,
 )
+from ..operations.predict.predict import PREDICT
 from ..operations.predict.predicting import predict_shot, prediction_json
 from ..operations.predict.request import TANK_PRESSURE_PA, PredictionRequest, ShotRequest
 from ..operations.predict.tables import quantity_rows
@@ -40,6 +41,7 @@ from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
 from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, query
+from ..web.role_needs import role_of
 from ..web.shot_address import built_twin, read_address, twin_at
 
 router = APIRouter()
@@ -47,7 +49,7 @@ router = APIRouter()
 _SERIES = ("force", "acceleration", "srs")
 
 
-@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS)])
+@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS), Depends(role_of(PREDICT))])
 def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     """The page; a value of the address that cannot be used is named at its control, and the others
     are kept."""
@@ -206,7 +208,7 @@ def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-@router.get("/twin/answer")
+@router.get("/twin/answer", dependencies=[Depends(role_of(PREDICT))])
 def answer(request: Request, twins: Twins, store: OpenStore) -> dict[str, Any]:
     """What the sliders ask for while they move."""
     question = read_query(PredictionRequest, request)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel, Field
 from sqlalchemy import select
 from starlette.requests import Request
@@ -36,6 +36,7 @@ from ..twins.building import PRIOR
 from ..web.dependencies import Key, OpenStore, Running, Word
 from ..web.jobs import finished_result
 from ..web.rendering import page, query
+from ..web.role_needs import role_of
 
 router = APIRouter()
 
@@ -104,7 +105,7 @@ def form(request: Request, store: OpenStore) -> Response:
     )
 
 
-@router.post("/tune/target")
+@router.post("/tune/target", dependencies=[Depends(role_of(TUNE))])
 def typed_target(typed: TypedTarget) -> dict[str, Any]:
     """The chart of a specification and its sentence, while it is typed. Raises `ValueError` as
     `target_from_upload`."""

@@ -23,6 +23,7 @@ from ... import __version__
 from ...schema.addresses import without_secrets
 from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
+from ...schema.person_roles import RoleNeededError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.page import section_style
@@ -30,6 +31,7 @@ from ..doors.api import ingest as ingest_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
+from ..pages import account as account_pages
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
 from ..pages import campaigns as campaign_pages
@@ -43,22 +45,27 @@ from ..pages import impacts as impacts_pages
 from ..pages import ingest as ingest_pages
 from ..pages import jobs as jobs_pages
 from ..pages import model_deletion as train_deletion_pages
+from ..pages import notes as notes_pages
+from ..pages import people as people_pages
 from ..pages import plan as plan_pages
 from ..pages import predict as predict_pages
 from ..pages import removal as removal_pages
 from ..pages import report as report_pages
+from ..pages import search as search_pages
 from ..pages import sign_in as sign_in_pages
 from ..pages import train as train_pages
 from ..pages import tune as tune_pages
 from ..pages import validate as validate_pages
 from ..twins.twin_cache import TwinCache
 from ..web import csrf
+from ..web.accounts import Accounts
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.page_sources import SourceStamps
 from ..web.rendering import page
+from ..web.role_needs import require_role
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
@@ -93,13 +100,17 @@ PAGES = (
     report_pages,
     validate_pages,
     sign_in_pages,
+    account_pages,
+    people_pages,
+    notes_pages,
+    search_pages,
 )
 
 
 def status_of(error: Exception) -> int:
-    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there,
-    422 what cannot be used, 503 a store or a disk that fails."""
-    if isinstance(error, StoreRoleError):
+    """400 a filter that cannot be read, 403 what the role of the person or the login may not, 404
+    what is not there, 422 what cannot be used, 503 a store or a disk that fails."""
+    if isinstance(error, StoreRoleError | RoleNeededError):
         return 403
     if isinstance(error, ConditionError):
         return 400
@@ -116,8 +127,8 @@ class Problem(BaseModel):
 
 _WORDS = {
     400: "The body, or a filter, cannot be read",
-    401: "The server's token is needed",
-    403: "A write without the token of /api/csrf, or one that the role of the "
+    401: "A sign-in or a token is needed",
+    403: "A write without the token of /api/csrf, or one that the role of the person or of the "
     "server's login forbids",
     404: "There is no such thing in the store",
     413: "The body is too large",
@@ -166,7 +177,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         docs_url=None,  # their pages are fetched from elsewhere
         redoc_url=None,
         openapi_url="/api/openapi.json",
-        dependencies=[Depends(require_csrf)],
+        dependencies=[Depends(require_role), Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = (
         settings,
@@ -174,7 +185,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         jobs,
         twins,
     )
-    app.state.sign_in = SignIn(settings.token)
+    app.state.sign_in = SignIn(settings.token, Accounts(store), asks_people=settings.asks_people)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     app.include_router(json_router(), prefix="/api", responses=PROBLEMS)

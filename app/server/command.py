@@ -42,6 +42,13 @@ if TYPE_CHECKING:
     show_envvar=True,
     help="Set the token that other machines must send; an environment variable hides it better.",
 )
+@click.option(
+    "--users",
+    "asks_people",
+    is_flag=True,
+    help="Let in people alone who sign in with a name and a password (`pyroshock users add`). "
+    "Without this option and without a token, whoever reaches the server may do all.",
+)
 @data_option
 @click.option(
     "--mlflow",
@@ -77,6 +84,7 @@ def serve(
     host: str,
     port: int,
     token: str | None,
+    asks_people: bool,
     folders: tuple[Path, ...],
     mlflow: str | None,
     max_upload: int,
@@ -110,6 +118,7 @@ def serve(
             max_upload * MEGABYTE,
             works=not no_worker,
             trusted_proxies=trusted_proxies,
+            asks_people=asks_people,
         )
     with open_command_store(db, create=True) as store:
         from .application import application

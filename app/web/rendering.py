@@ -19,6 +19,7 @@ from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
 from ..figures.figure import Plot
 from ..figures.page_renderer import FigureData, figure_data
+from .notes_view import notes_on
 from .static_files import static_address
 
 HERE = Path(__file__).parent
@@ -65,6 +66,7 @@ def _environment() -> Environment:
         "when": when,
     }
     environment.filters["in_shown_units"] = in_shown_units
+    environment.globals["notes_on"] = notes_on
     environment.globals |= {"cell": cell, "menu": MENU, "static": static_address}
     return environment
 

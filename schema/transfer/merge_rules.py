@@ -100,7 +100,8 @@ RULES = (
 
 #: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job
 #: is a machine's, a tombstone tells of what that store no longer has, and a model is in a registry
-#: of its own.
+#: of its own. People, what they have done there, and what they have written beside the rows, are
+#: the laboratory's own, too.
 STAY_BEHIND = frozenset(
     {
         "dataset_snapshots",
@@ -109,6 +110,13 @@ STAY_BEHIND = frozenset(
         "jobs",
         "tombstones",
         "registered_versions",
+        "users",
+        "password_hashes",
+        "personal_tokens",
+        "audit_rows",
+        "notes",
+        "tags",
+        "saved_filters",
     }
 )
 #: Follow from the rows that were taken: who wrote them, and how many there are.

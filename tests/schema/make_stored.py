@@ -5,7 +5,9 @@ commit the file.
 
 The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots
 with two diagnoses (one with details) and what was adopted from the first, a job that waits beside
-one that is done, and a tombstone, so that an upgrade is tried on every kind of row that they write.
+one that is done, a tombstone, and what people have left (a user with a password and a token, rows
+of the audit trail, notes, a tag and a saved filter), so that an upgrade is tried on every kind of
+row that they write.
 It is deflated: SQLite pages are mostly air.
 """
 
@@ -30,6 +32,10 @@ from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.schema.session import Store, Writer, open_store
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))  # `support`, where this file is run by itself
+
+from support.stores.people_rows import add_people_rows  # noqa: E402  # its folder comes first
+
 EXAMPLES = HERE.parents[1] / "examples"
 SHOWN = np.array([0.04])
 
@@ -181,6 +187,12 @@ def add_registered_version(store: Store) -> None:
         )  # fmt: skip
 
 
+def add_people(store: Store) -> None:
+    """A user, what was changed, and what was written beside the rows."""
+    with store.writing() as session:
+        add_people_rows(session, "stored")
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -196,6 +208,7 @@ def main() -> int:
             add_jobs(store)
             add_tombstone(store)
             add_registered_version(store)
+            add_people(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
+from ....schema.person_roles import ADMINISTRATOR
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, PlainData, Progress, Result, ResultTable, Rows
@@ -191,6 +192,7 @@ def _discard(request: RunDiscard, laboratory: Laboratory, _: Progress) -> Discar
 
 RUN_DISCARD: Operation[RunDiscard, DiscardedRecording] = Operation(
     name="run-discard",
+    role=ADMINISTRATOR,
     request=RunDiscard,
     run=_discard,
     help="""Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and
@@ -318,6 +320,7 @@ _READS_HERE = "It reads corrected files of the machine that it runs on."
 
 RUN_REPLACE: Operation[RunReplacement, ReplacedRecording] = Operation(
     name="run-replace",
+    role=ADMINISTRATOR,
     request=RunReplacement,
     run=_replace,
     help="""Replace a stored RECORDING by what the campaign folder holds now, in one transaction.

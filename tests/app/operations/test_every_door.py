@@ -35,10 +35,12 @@ from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
 from pyroshock.app.twins import building
 from pyroshock.diagnosis.verdict import NextRun
+from pyroshock.schema.audit import AuditRow
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from pyroshock.validation import blind_check
+from sqlalchemy import select
 from starlette.testclient import TestClient
 from support.processes.web_client import ended, post, post_json, window
 from support.records import verdicts
@@ -57,6 +59,7 @@ RECORD = "time_s,acc\n" + "".join(
     for sample in range(400)
 )
 _SPRING = {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
+PASSWORD = "four quiet grey herons"
 #: A request that can be answered, of each operation. {folder} is a new one for each door.
 EXAMPLES: dict[str, dict[str, Any]] = {
     "init": {},
@@ -67,6 +70,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "db-backup": {"folder": "{folder}"},
     "db-check": {"campaign": "shelf", "repair": "{campaign}"},
     "query": {"statement": "select name, density_kg_m3 from materials", "limit": 2},
+    "search": {"words": "steel"},
     "material-list": {},
     "material-add": {
         "name": "titanium",
@@ -76,6 +80,21 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "yield_strength": "880MPa",
         "source": "data sheet 12-7",
     },
+    "user-list": {},
+    "user-add": {"name": "anna", "role": "operator", "password": PASSWORD},
+    "user-change": {"name": "anna", "role": "engineer"},
+    "user-password": {"name": "anna", "password": "five other grey herons"},
+    "user-remove": {"name": "anna"},
+    "note-list": {"about": "campaign", "subject": "shelf"},
+    "note-add": {"about": "campaign", "subject": "shelf", "text": "the plate was loose"},
+    "note-withdraw": {"note": 1, "reason": "it was another plate"},
+    "tag-list": {"tag": "doubtful"},
+    "tag-add": {"about": "impact", "subject": "shelf/1/1", "tag": "doubtful"},
+    "tag-remove": {"about": "impact", "subject": "1", "tag": "doubtful"},
+    "filter-list": {},
+    "filter-save": {"name": "doubtful", "address": "/impacts?where=tag=doubtful"},
+    "filter-delete": {"name": "doubtful"},
+    "audit-list": {"operation": "material-add", "limit": 5},
     "plugins": {},
     "job-list": {"limit": 5},
     "job-show": {"job": 1},
@@ -164,6 +183,10 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "simulate": [("plan", _SPRING)],
     **{name: [("ingest", {"path": "{campaign}"})] for name in ("db-export", "db-check")},
     "job-delete": [("job-stop", {"job": 1})],
+    **{
+        name: [("user-add", {"name": "anna", "password": PASSWORD})]
+        for name in ("user-list", "user-change", "user-password", "user-remove")
+    },
     "campaign-init": [("plan", _SPRING)],
     **{
         name: [("ingest", {"path": "{campaign}"})]
@@ -175,6 +198,20 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("ingest", {"path": "{campaign}"}),
         ("campaign-delete", {"campaign": "shelf", "reason": "wrong sensor"}),
     ],
+    **{
+        name: [
+            ("ingest", {"path": "{campaign}"}),
+            ("note-add", {"about": "campaign", "subject": "shelf", "text": "the plate was loose"}),
+            ("tag-add", {"about": "impact", "subject": "1", "tag": "doubtful"}),
+            ("tag-add", {"about": "campaign", "subject": "shelf", "tag": "doubtful"}),
+        ]
+        for name in ("note-list", "note-withdraw", "tag-list", "tag-remove")
+    },
+    **{key: [("ingest", {"path": "{campaign}"})] for key in ("note-add", "tag-add")},
+    **{
+        key: [("filter-save", {"name": "doubtful", "address": "/impacts?where=tag=doubtful"})]
+        for key in ("filter-list", "filter-delete")
+    },
     "dataset-delete": [
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "velocity": "integrated"})
     ],
@@ -201,8 +238,29 @@ ANSWERED_ELSEWHERE |= {
 }
 #: The roles of a server, and a store that must not be there before.
 ANSWERED_ELSEWHERE |= {"db-roles", "db-restore"}
+#: These are a signed-in person's own (tests/app/web/test_people.py, test_notes.py).
+ANSWERED_ELSEWHERE |= {"own-password", "token-list", "token-add", "token-revoke", "note-edit"}
+#: Operations whose example writes a file, or finds nothing to change in the store: they leave no
+#: row of the audit trail, unless a job has done them.
+CHANGES_NO_ROW = {
+    *("db-copy", "db-export", "db-import", "db-backup", "db-check", "simulate", "campaign-init"),
+    *("campaign-delete", "plan-sheet", "report", "dataset-export", "impact-preview"),
+    *("series-spectrum", "blind-check", "init", "dataset-build"),
+}
 #: What an answer says of the moment, and not of what was asked.
-_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at", "deleted_at", "asked_at", "ended_at"}
+_OF_THE_MOMENT = {
+    "when",
+    "who",
+    "id",
+    "made_at",
+    "written_at",
+    "author",
+    "author_kind",
+    "diagnosed_at",
+    "deleted_at",
+    "asked_at",
+    "ended_at",
+}
 #: What differs between stores that are made one after the other.
 _OF_THE_STORE = {"db-copy": {"sha256"}, "db-backup": {"size_bytes"}}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
@@ -279,6 +337,8 @@ def arguments(
         if name == "method":
             continue
         field = request.model_fields[name]
+        if presentation_of(field).secret:
+            continue  # it is read from standard input
         if presentation_of(field).positional:
             places += value if isinstance(value, tuple) else [text_of(value)]
         elif bare(field.annotation) is bool:
@@ -404,9 +464,16 @@ def test_a_request_gives_the_same_answer_at_every_door(
         works = door in ("json", "form") and declared.long
         with window(url, works=works, folders=(tmp_path,)) as (client, store):
             prepare(name, store, url, campaign)
+            before = operations_in_trail(store)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
             with store.reading() as session:
                 assert_counts_kept(session)
+            added = operations_in_trail(store)[len(before) :]
+            assert set(added) <= {name}, "one request is one operation of the trail"
+            if (name in CHANGES_NO_ROW and not works) or not declared.changes:
+                assert added == []
+            else:
+                assert added == [name] * (2 if works else 1)
         if answer is not _SEEN_ON_A_PAGE:
             answers[door] = json.loads(
                 json.dumps(lasting(answer, passing), sort_keys=True).replace(str(folder), "FOLDER")
@@ -416,6 +483,12 @@ def test_a_request_gives_the_same_answer_at_every_door(
     expected = {"json": python.get("network", first)}
     assert python.get("result", first) == first
     assert all(answer == expected.get(door, first) for door, answer in answers.items()), answers
+
+
+def operations_in_trail(store: Store) -> list[str]:
+    """The operation of each row of the audit trail, the oldest first."""
+    with store.reading() as session:
+        return list(session.scalars(select(AuditRow.operation).order_by(AuditRow.id)))
 
 
 def _answer(
@@ -438,7 +511,13 @@ def _answer(
         for output in declared.outputs:
             if output.required:
                 words += [f"--{output.name}", folder / f"file{output.endings[0]}"]
-        typed = run_pyroshock(*arguments(declared, values, ["--json", *words]))
+        secrets = [
+            str(part)
+            for key, part in values.items()
+            if presentation_of(variant(declared, values).model_fields[key]).secret
+        ]
+        asked = arguments(declared, values, ["--json", *words])
+        typed = run_pyroshock(*asked, typed="\n".join([*secrets, ""]))
         return json.loads(typed.stdout)
     if door == "python":
         method: Any = PythonMethod(variant(declared, values), declared)

@@ -28,6 +28,7 @@ from support.records.campaigns import (
 )
 from support.stores.care_stores import WHEN, fill, registered_version
 from support.stores.hammer_stores import url_of
+from support.stores.people_rows import add_people_rows
 from support.stores.stores import ingested, opened
 
 #: Of a column that no row of these stores has a value in: one that no rule of its table forbids.
@@ -41,6 +42,7 @@ def fill_every_column(folder: Path) -> None:
     ingested(url, _counts_campaign(folder / "winter"))
     with opened(url) as store, store.writing() as session:
         _add_rows(session)
+        add_people_rows(session, "spring")
         session.flush()
         recount(session)
         for column in _empty_columns(session):
