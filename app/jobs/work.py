@@ -83,7 +83,7 @@ def _ended_as_by_hand() -> Iterator[None]:
 WORK: Operation[WorkerStart, Outcome] = Operation(
     name="work",
     role=ADMINISTRATOR,
-    recorded_by_piece=True,
+    unrecorded=True,
     request=WorkerStart,
     run=_work,
     help="""Do the long work that was asked for (see `pyroshock jobs`): ingests, diagnoses,

@@ -342,8 +342,9 @@ class Operation(Generic[Asked, Answer]):
     #: Changes files, or the registry of models, and perhaps nothing in the store: it has its row of
     #: the audit trail all the same.
     changes_elsewhere: bool = False
-    #: Each piece of its work has its own rows of the audit trail, as the jobs of a worker have.
-    recorded_by_piece: bool = False
+    #: Leaves no row of the audit trail: it changes nothing that stays, or each piece of its work
+    #: has rows of its own, as the jobs of a worker have.
+    unrecorded: bool = False
     creates_store: bool = False
     #: Works without a store, too: an empty one stands for it, and is gone afterwards.
     needs_store: bool = True
@@ -403,7 +404,7 @@ class Operation(Generic[Asked, Answer]):
     @property
     def changes(self) -> bool:
         """Whether it can change something: its answer is kept, and it is asked for to be kept."""
-        reads = self.listing or self.streams or self.answered_here or self.recorded_by_piece
+        reads = self.listing or self.streams or self.answered_here or self.unrecorded
         return self.changes_elsewhere or not (reads or (self.route or ("",))[0] == "GET")
 
     def check_role(self, person: Person) -> None:

@@ -93,6 +93,7 @@ _PAGE = "/impacts/{impact}?preview=true&" + "&".join(
 IMPACT_PREVIEW: Operation[PulseExtraction, PreviewedPulse] = Operation(
     name="impact-preview",
     role=READER,
+    unrecorded=True,
     request=PulseExtraction,
     run=_preview,
     help="""Show the pulse that other settings give of the impact with number IMPACT; nothing is

@@ -337,6 +337,7 @@ def _of_series(request: SeriesSpectrum, _: Laboratory, __: Progress) -> PlainDat
 SERIES_SPECTRUM: Operation[SeriesSpectrum, PlainData] = Operation(
     name="series-spectrum",
     role=READER,
+    unrecorded=True,
     request=SeriesSpectrum,
     run=_of_series,
     help="The spectrum of a series, in the form of `pyroshock srs --json` without its checks.",

@@ -105,6 +105,7 @@ def _export(request: TableExport, laboratory: Laboratory, _: Progress) -> Export
 EXPORT: Operation[TableExport, ExportedTable] = Operation(
     name="export",
     role=READER,
+    unrecorded=True,
     request=TableExport,
     run=_export,
     check=_has_place,

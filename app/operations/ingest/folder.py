@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from sqlalchemy import select
 
 from ....schema.campaigns import Plan
+from ....schema.person_roles import OPERATOR
 from ..faults import FieldError
 from ..laboratory import Laboratory
 from ..machine_paths import scratches_of
@@ -53,6 +54,8 @@ _BY_INGEST = "It is asked for as an ingest with `dry_run`."
 
 CHECK: Operation[FolderReading, DryRun] = Operation(
     name="check",
+    role=OPERATOR,
+    unrecorded=True,
     request=FolderReading,
     run=_check,
     check=_knows_plan,

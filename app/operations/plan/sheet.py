@@ -51,6 +51,7 @@ def _write(sheet: RunSheet, path: Path) -> None:
 PLAN_SHEET: Operation[NamedPlan, RunSheet] = Operation(
     name="plan-sheet",
     role=READER,
+    unrecorded=True,
     request=NamedPlan,
     run=_read,
     help="Write the run sheet for the bench: the runs in their order, with a box to tick for each.",

@@ -76,6 +76,7 @@ _IS_A_FILE = "The pages of reports give the file."
 REPORT: Operation[ReportRequest, WrittenReport] = Operation(
     name="report",
     role=READER,
+    unrecorded=True,
     request=ReportRequest,
     run=_run,
     help="""Write a report as one file that needs no other file: a page (.html) or a PDF.

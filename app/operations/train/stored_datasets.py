@@ -245,6 +245,7 @@ DATASET_TRACE = Operation(
 DATASET_EXPORT = Operation(
     name="dataset-export",
     role=READER,
+    unrecorded=True,
     request=NamedDataset,
     run=_export,
     help="""Write a dataset to a file, with a row per pulse: its key, predictors, figures and points

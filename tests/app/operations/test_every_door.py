@@ -244,8 +244,7 @@ ANSWERED_ELSEWHERE |= {"own-password", "token-list", "token-add", "token-revoke"
 #: row of the audit trail, unless a job has done them.
 CHANGES_NO_ROW = {
     *("db-copy", "db-export", "db-import", "db-backup", "db-check", "simulate", "campaign-init"),
-    *("campaign-delete", "plan-sheet", "report", "dataset-export", "impact-preview"),
-    *("series-spectrum", "blind-check", "init", "dataset-build"),
+    *("campaign-delete", "blind-check", "init", "dataset-build"),
 }
 #: What an answer says of the moment, and not of what was asked.
 _OF_THE_MOMENT = {

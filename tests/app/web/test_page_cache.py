@@ -30,7 +30,7 @@ PAGES = (
     "/campaigns", f"/campaigns/{HAMMER}", "/impacts", "/impacts/1", "/shots", "/compare",
     "/compare/spectra?impacts=1", "/models", "/models/compare?version=linear@1&version=tree@1",
     "/models/linear/1", "/datasets", f"/datasets/{DATASET}", "/plans", f"/plans/{AT}",
-    f"/plans/{AT}/sheet", "/diagnoses", "/diagnoses/1", "/twin",
+    f"/plans/{AT}/sheet", "/diagnoses", "/diagnoses/1", "/twin", "/notes",
 )  # fmt: skip
 #: What pages of reading may not load: each takes tenths of seconds and tens of megabytes. The
 #: charts of a diagnosis are drawn by matplotlib, as in its report.
