@@ -145,7 +145,8 @@ def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch
     left = json.loads(run("db", "import", tmp_path / "lab.db", "--db", there, "--json").stdout)[
         "left_behind"
     ]
-    assert left == ["1 rows of dataset_snapshots", "1 rows of jobs", "10 rows of snapshot_pulses",
+    assert left == ["3 rows of audit_rows", "1 rows of dataset_snapshots", "1 rows of jobs",
+                    "10 rows of snapshot_pulses",
                     "1 rows of tombstones", "1 rows of twin_configurations"]  # fmt: skip
 
 

@@ -221,6 +221,7 @@ def test_deleted_campaign_alone_is_gone_and_its_tombstone_names_what_stood_on_it
     assert {table: number for table, number in gone.items() if number < 0} == {
         "tombstones": -1,
         "provenance": -1,
+        "audit_rows": -1,
     }
     assert all(before[table] == after[table] for table in (*SHARED, "dataset_snapshots", "shots"))
     with opened(care_store) as store, store.reading() as session:
