@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from .app.common.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
     from .app.library.experiment_store import ExperimentStore
-    from .app.library.experiment_store import open_experiment_store as open
     from .app.library.laboratory_twin import shipped_twin
+    from .app.library.opening import open_experiment_store as open
     from .app.operations.impacts.spectra_service import srs
     from .app.operations.plan.service import PlannedDesign
 
@@ -33,7 +33,7 @@ _PUBLIC = {
     "PlannedDesign": (".app.operations.plan.service", "PlannedDesign"),
     "PyroshockError": (".app.common.errors", "PyroshockError"),
     "StorageError": (".app.common.errors", "StorageError"),
-    "open": (".app.library.experiment_store", "open_experiment_store"),
+    "open": (".app.library.opening", "open_experiment_store"),
     "shipped_twin": (".app.library.laboratory_twin", "shipped_twin"),
     "srs": (".app.operations.impacts.spectra_service", "srs"),
 }

@@ -15,6 +15,7 @@ from .inference.subset_fit import SubsetFit
 from .observable_families import FINER_THAN_LAWS, family_columns, family_gaps
 from .observables.base import Stage
 from .options import UnknownFigures, UnknownMap, first_entry_probability, unknown_bound
+from .unseen_predictions import UnseenPredictions
 from .verdict import NONE, UNKNOWN, Cause, EffectSet, EffectShare, Unexplained
 
 #: Entries below this probability are not listed; what is listed sums to one.
@@ -50,6 +51,7 @@ def conclude(
     held: FoldCorrections | None,
     unknown: UnknownMap,
     stages: Sequence[Stage] = (),
+    predictions: UnseenPredictions | None = None,
 ) -> Conclusion:
     """The entries of a report.
 
@@ -60,9 +62,11 @@ def conclude(
         unknown: Gives the probability of a cause outside of the catalogue from its figures.
         stages: The stages, which say what channels that were not recorded would show; by default
             none does.
+        predictions: Keeps what sets predict where they were not fitted; by default it is of this
+            call alone.
     """
     judged = _by_families(posterior, held)
-    established = established_sets(posterior, shares, held, judged, stages)
+    established = established_sets(posterior, shares, held, judged, stages, predictions)
     large_sets = [
         item for item in established.sets if max(item.share, item.held_out_gain) >= _LEAST_LISTED
     ]

@@ -25,6 +25,7 @@ from .inference.posterior import HypothesisPosterior, common_effects, fitted_eff
 from .inference.shares import gap_shares
 from .known_facts import known_fact_sentences
 from .localisation.drift import drift
+from .localisation.error_map import error_map
 from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_notes, stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
@@ -36,7 +37,9 @@ from .options import Options
 from .parameter_limits import exceeded_limit
 from .plausibility import check
 from .record import CampaignRecord
+from .unseen_predictions import UnseenPredictions
 from .verdict import NONE, UNKNOWN, FrequencyBand, Pictures, Shrinkage, TimeWindow, Verdict, Where
+from .what_if_sets import what_if
 
 
 def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> Where:
@@ -101,15 +104,19 @@ Progress = Callable[[int, int, str], None]
 #: with their weights: what the page draws.
 Draw = Callable[[GapTable, Sequence[Stage], Sequence[tuple[Sequence[Effect], float]]], Pictures]
 #: What the parts of a diagnosis cost, in per cent of all: of four campaigns with 5 to 48 shots, the
-#: effects took 59 to 76 per cent, and what is held out 20 to 25.
+#: effects took 55 to 70 per cent, what is held out 18 to 24, and the sets
+#: that a page shows 5 to 23.
 _COSTS = {
     "reading": 5.0,
-    "effects": 66.0,
+    "effects": 59.0,
     "shares": 3.0,
-    "held out": 24.0,
+    "held out": 22.0,
     "where": 1.0,
     "next experiment": 1.0,
+    "sets of effects": 9.0,
 }
+#: Names the random numbers of what is computed for the page.
+_WHAT_IF = 1
 #: Held out, effects that take less of the gap than this do not predict what they have not seen.
 _PREDICTS = 0.3
 
@@ -160,13 +167,31 @@ def _verdict(
         stages, fit, rng, scales, options.rate_pulses, tolerances, phases.of("held out")
     )
     entries = tuple(entry for entry, _ in held)
+    by_configuration = held[0][1] if held else None
+    predictions = (
+        None if by_configuration is None else UnseenPredictions(posterior, by_configuration)
+    )
     conclusion = conclude(
-        posterior, shares, held[0][1] if held else None, options.unknown_map, stages
+        posterior, shares, by_configuration, options.unknown_map, stages, predictions
     )
     phases.begin("where")
     where = localise_gap(gap, stages, rng) if options.where else Where()
     phases.begin("next experiment")
     runs = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
+    if options.explore:
+        phases.begin("sets of effects")
+    # The last to fit sets and with random numbers of its own: the report does not depend on it.
+    explored = (
+        what_if(
+            posterior,
+            conclusion,
+            by_configuration,
+            predictions,
+            np.random.default_rng([options.seed, _WHAT_IF]),
+        )
+        if options.explore
+        else None
+    )
     progress(WHOLE, WHOLE, "done")
     assumed = _assumptions(gap, options, conclusion, entries)
     return Verdict(
@@ -196,6 +221,8 @@ def _verdict(
         pictures=draw(gap, stages, _drawn_choices(posterior, conclusion))
         if draw is not None
         else Pictures(),
+        what_if=explored,
+        error_map=error_map(gap, stages) if options.explore else None,
     )
 
 

@@ -18,13 +18,13 @@ from ..array_types import Floats
 from ..twin.effects import Effect
 from .gap_reduction import FoldCorrections
 from .inference.credible_sets import credible_sets, inclusion
-from .inference.held_out import set_predictions
 from .inference.model_search import fit_sets
 from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .observables.base import PossibleObservables, Stage
 from .parameter_limits import exceeded_limits
+from .unseen_predictions import UnseenPredictions
 from .verdict import (
     OTHERS,
     AveragedEffects,
@@ -58,7 +58,8 @@ class EstablishedSets:
     goes is larger with it on configurations that it was not fitted to, in the place of the others
     of its set. `choices`: one effect of each set, as they were fitted together, with their weights,
     the likeliest first. `possible_choices`: those that `averaged` has, of all sets or of the
-    largest of them, with parameters that the parts can have."""
+    largest of them, with parameters that the parts can have. `path_choices`: by step of the path,
+    but for the effects that are not established, the choices whose predictions are averaged."""
 
     sets: tuple[EffectSet, ...]
     gains: Mapping[str, float]
@@ -66,6 +67,7 @@ class EstablishedSets:
     choices: tuple[tuple[SubsetFit, float], ...]
     averaged: AveragedEffects | None
     possible_choices: tuple[tuple[SubsetFit, float], ...] = ()
+    path_choices: tuple[tuple[tuple[SubsetFit, float], ...], ...] = ()
 
     @property
     def drawn(self) -> tuple[tuple[SubsetFit, float], ...]:
@@ -88,14 +90,18 @@ def established_sets(
     held: FoldCorrections | None,
     judged: FoldCorrections | None,
     stages: Sequence[Stage],
+    predictions: UnseenPredictions | None = None,
 ) -> EstablishedSets:
     """The sets that probably act, make a part of the gap, and predict what they have not seen, or
     are sure and do no harm there. `held` is what was held out by configuration; None where there
     are too few configurations, and then nothing is asked of predictions. `judged`: the same, over
-    the families of observables by which sets are judged."""
+    the families of observables by which sets are judged. `predictions` keeps what sets predict
+    where they were not fitted; by default it is of this call alone."""
+    if held is not None and predictions is None:
+        predictions = UnseenPredictions(posterior, held)
     weighted = [(frozenset(fit.effects), weight) for fit, weight in posterior.weighted]
     groups = credible_sets(weighted)
-    gains, of_groups = _held_out_gains(posterior, judged, groups)
+    gains, of_groups = _held_out_gains(posterior, judged, predictions, groups)
     sets = []
     for group in groups:
         gain, error = of_groups.get(group, (np.inf, 0.0))
@@ -114,19 +120,23 @@ def established_sets(
     choices = [_choices(posterior, steps[: i + 1]) for i in range(len(steps))]
     tables: dict[tuple[str, ...], Floats] = {}
     if held is not None:
-        fits = {fit.key: fit for own in choices for fit, _ in own}
-        tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
+        tables = _over_scale(predictions, held, [fit for own in choices for fit, _ in own])
     path = _path(held, steps, choices, tables) if held is not None and steps else ()
     chosen = tuple(choices[-1]) if sets else ()
     # Where the parts cannot have what all sets together need, the larger sets by themselves may be
     # adopted.
     possible = next(filter(None, map(_possible_choices, reversed(choices))), ()) if sets else ()
     averaged = _averaged(possible, held, tables) if possible else None
-    return EstablishedSets(tuple(sets), gains, path, chosen, averaged, possible)
+    return EstablishedSets(
+        tuple(sets), gains, path, chosen, averaged, possible, tuple(map(tuple, choices))
+    )
 
 
 def _held_out_gains(
-    posterior: HypothesisPosterior, held: FoldCorrections | None, groups: Sequence[tuple[str, ...]]
+    posterior: HypothesisPosterior,
+    held: FoldCorrections | None,
+    predictions: UnseenPredictions | None,
+    groups: Sequence[tuple[str, ...]],
 ) -> tuple[dict[str, float], dict[tuple[str, ...], tuple[float, float]]]:
     """By effect the fraction that it adds held out, and by set the same with its standard error; 0
     without a gap.
@@ -144,15 +154,12 @@ def _held_out_gains(
     wanted = [
         own for group in several for own in (rest_of[group], *(rest_of[group] | {m} for m in group))
     ]
-    _fit_missing(posterior, wanted)
+    fit_missing(posterior, wanted)
     fit_of = best_by_effects(posterior)
     flipped = {name: fit_of.get(best ^ {name}) for name in posterior.effects}
-    fits = {
-        fit.key: fit
-        for fit in [posterior.best, *(fit for fit in flipped.values() if fit is not None)]
-    }
-    fits |= {fit_of[own].key: fit_of[own] for own in wanted}
-    tables = dict(zip(fits, _unseen(posterior, held, list(fits.values())), strict=True))
+    fits = [posterior.best, *(fit for fit in flipped.values() if fit is not None)]
+    fits += [fit_of[own] for own in wanted]
+    tables = _over_scale(predictions, held, fits)
     squares = {key: held.squares(table) for key, table in tables.items()}
 
     gains: dict[str, float] = {}
@@ -209,7 +216,7 @@ def _path(
     """Sets added one by one, largest share first, held out, up to what all effects of the fit take:
     the last figure is that of the shrinkage."""
     path = [
-        _step(set_name(own), held, _mean(some, tables))
+        _step(set_name(own), held, mean_prediction(some, tables))
         for own, some in zip(steps, choices, strict=True)
     ]
     whole = _step(OTHERS, held, held.correction)
@@ -220,10 +227,15 @@ def _path(
     return (*path[:-1], replace(whole, added=path[-1].added))
 
 
-def _mean(
+def mean_prediction(
     choices: Sequence[tuple[SubsetFit, float]], tables: Mapping[tuple[str, ...], Floats]
 ) -> Floats:
-    """(C, D): the mean prediction of choices whose weights need not sum to one."""
+    """(C, D): the mean prediction of choices whose weights need not sum to one.
+
+    Parameters:
+        choices: Sets of effects with their weights.
+        tables: What each set predicts (C, D), by the keys of its laws.
+    """
     total = sum(weight for _, weight in choices)
     return np.asarray(np.sum([weight / total * tables[fit.key] for fit, weight in choices], axis=0))
 
@@ -245,7 +257,7 @@ def _averaged(
     tables: Mapping[tuple[str, ...], Floats],
 ) -> AveragedEffects:
     def after(some: Sequence[tuple[SubsetFit, float]]) -> float | None:
-        return None if held is None else _root(held, _mean(some, tables))
+        return None if held is None else _root(held, mean_prediction(some, tables))
 
     rows = [
         WeightedEffects(weight, common_effects(fit), after([(fit, weight)]))
@@ -291,7 +303,7 @@ def _choices(
         for own, weight in likely[:_MOST_CHOICES]
         if weight >= _LEAST_WEIGHT * likely[0][1]
     ]
-    _fit_missing(posterior, [own for own, _ in likely_sets])
+    fit_missing(posterior, [own for own, _ in likely_sets])
     fit_of, total = best_by_effects(posterior), sum(weight for _, weight in likely_sets)
     return [(fit_of[own], weight / total) for own, weight in likely_sets]
 
@@ -302,19 +314,26 @@ def best_by_effects(posterior: HypothesisPosterior) -> dict[frozenset[str], Subs
     return {frozenset(fit.effects): fit for fit in ranked}
 
 
-def _fit_missing(posterior: HypothesisPosterior, sets: Sequence[frozenset[str]]) -> None:
+def fit_missing(posterior: HypothesisPosterior, sets: Sequence[frozenset[str]]) -> None:
+    """Fits the sets of effects that were not fitted yet.
+
+    Parameters:
+        posterior: Whose library the sets are added to.
+        sets: Sets of ids of effects.
+    """
     there = {frozenset(fit.effects) for fit in posterior.library.fits.values()}
     missing = dict.fromkeys(own for own in sets if own not in there)
     fit_sets(posterior.problem, posterior.library, [sorted(own) for own in missing])
 
 
-def _unseen(
-    posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]
-) -> list[Floats]:
-    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have
-    it."""
-    tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
-    return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
+def _over_scale(
+    predictions: UnseenPredictions | None, held: FoldCorrections, fits: Sequence[SubsetFit]
+) -> dict[tuple[str, ...], Floats]:
+    """By set (C, D): what it predicts where it was not fitted, over the scale of `held`."""
+    if predictions is None or not fits:
+        return {}
+    tables = held.gaps.over_scale(np.array(predictions.tables(fits)))
+    return dict(zip([fit.key for fit in fits], tables, strict=True))
 
 
 def _settled_by(
@@ -326,7 +345,7 @@ def _settled_by(
         return None
     other_effects = frozenset(posterior.best.effects) - set(group)
     members = [other_effects | {name} for name in group]
-    _fit_missing(posterior, members)
+    fit_missing(posterior, members)
     fit_of = best_by_effects(posterior)
     sets = [fitted_effects(fit_of[own]) for own in members]
     options = [SettledBy(channel, least_distance(own)) for channel, own in _possible(stages, sets)]
@@ -358,4 +377,11 @@ def least_distance(observables: PossibleObservables) -> float:
     )
 
 
-__all__ = ["EstablishedSets", "best_by_effects", "established_sets", "least_distance"]
+__all__ = [
+    "EstablishedSets",
+    "best_by_effects",
+    "established_sets",
+    "fit_missing",
+    "least_distance",
+    "mean_prediction",
+]

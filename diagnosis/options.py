@@ -176,8 +176,9 @@ class Options:
     the effects that are looked for (`diagnose --with`); None: all there are. `without`: ids that
     are left out (`diagnose --without`). `unknown_map`: from log odds to the probability of
     something outside of the catalogue. `shrink`, `where`, `plan` and `rate_pulses` (ISO 18571)
-    leave out parts of the report that take time. Raises `ValueError` for a stage there is none of
-    and for a tolerance that is not positive.
+    leave out parts of the report that take time. `explore` adds what a page shows beside the
+    report: the error with other sets of effects, and by settings. Raises `ValueError` for a stage
+    there is none of and for a tolerance that is not positive.
     """
 
     seed: int = 0
@@ -192,6 +193,7 @@ class Options:
     where: bool = True
     plan: bool = True
     rate_pulses: bool = True
+    explore: bool = False
 
     def __post_init__(self) -> None:
         for stage, value in self.tolerances.items():

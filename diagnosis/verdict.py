@@ -17,6 +17,7 @@ import numpy as np
 from ..array_types import Floats
 from ..twin.effects import Effect
 from .options import UnknownFigures
+from .what_if import ErrorMap, WhatIf
 
 
 @dataclass(frozen=True, eq=False)
@@ -432,7 +433,8 @@ class Verdict:
     have; `unknown_figures`, what the probability of a cause outside of the catalogue follows from,
     None where there is no gap to explain; `set_scores`, the major effects of each likely set with
     its log evidence, the log prior of the set, and the probability that it is within tolerance;
-    `pictures`, what the page draws.
+    `pictures`, what the page draws; `what_if`, the error that is left with sets of effects, and
+    `error_map`, where it lies by settings: None in verdicts of an older version.
     """
 
     campaign: str
@@ -453,6 +455,8 @@ class Verdict:
     unknown_figures: UnknownFigures | None = None
     set_scores: tuple[tuple[tuple[str, ...], float, float, float], ...] = ()
     pictures: Pictures = field(default_factory=Pictures)
+    what_if: WhatIf | None = None
+    error_map: ErrorMap | None = None
 
     @property
     def first(self) -> Cause:

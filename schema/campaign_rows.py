@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, or_, select, union
+from sqlalchemy import ColumnElement, Select, false, or_, select, union
 
 from .benches import Gun, Hammer, Material, MaterialAlias, ModalTable, Mode, ModeShape, Plate
 from .campaigns import (
@@ -16,9 +16,30 @@ from .campaigns import (
     Plan,
     PlannedRun,
 )
+from .corrections import FactCorrection
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+
+
+def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnElement[bool]]:
+    """The rows of one recording with what they need of its campaign, as `members` has them; what
+    was made from the campaign as a whole is left out."""
+    chosen = members(campaign)
+    channels = select(RecordedChannel.id).where(RecordedChannel.recording_id == recording)
+    impacts = select(Impact.id).where(Impact.recording_id == recording)
+    return chosen | {
+        "recordings": Recording.id == recording,
+        "channels": RecordedChannel.recording_id == recording,
+        "series_chunks": SeriesChunk.channel_id.in_(channels),
+        "impacts": Impact.recording_id == recording,
+        "pulses": Pulse.impact_id.in_(impacts),
+        "channel_figures": ChannelFigures.impact_id.in_(impacts),
+        "shots": Shot.recording_id == recording,
+        "quality_findings": QualityFinding.recording_id == recording,
+        "diagnoses": false(),
+        "fact_corrections": false(),
+    }
 
 
 def members(campaign: int) -> dict[str, ColumnElement[bool]]:
@@ -73,6 +94,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "shots": Shot.campaign_id == campaign,
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,
+        "fact_corrections": FactCorrection.campaign_id == campaign,
     }
 
 

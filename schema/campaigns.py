@@ -6,13 +6,30 @@ from __future__ import annotations
 import datetime as dt
 from typing import Any
 
-from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
+from sqlalchemy import CheckConstraint, ColumnElement, Date, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, PlainJson, WithProvenance, names_row, one_of
 from .benches import Gun, Hammer, Material, Plate
 
 KINDS = ("hammer", "gun")
+#: What campaign.toml states where nobody knows the day: the column takes no NULL, and no laboratory
+#: has shot on it. It is shown as "date not known", and lists have it last.
+UNKNOWN_DATE = dt.date(1970, 1, 1)
+
+
+def stated_day(date: dt.date) -> str | None:
+    """The ISO day of a campaign; None where the day is not known.
+
+    Parameters:
+        date: The date as it is stored.
+    """
+    return None if date == UNKNOWN_DATE else date.isoformat()
+
+
+def is_day_unknown() -> ColumnElement[bool]:
+    """Whether the date of a campaign is not known, for an order that has such campaigns last."""
+    return Campaign.date == UNKNOWN_DATE
 
 
 class Campaign(HasId, WithProvenance, Base):

@@ -38,6 +38,7 @@ from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from .impacts import ChannelFigures, Impact, Pulse, Shot
+from .notes import IMPACT, Tag
 from .recordings import NOT_JUDGED, SEVERITIES, QualityFinding
 
 Table = type[Impact] | type[Shot]
@@ -192,8 +193,8 @@ QUALITY = "quality"
 QUALITIES = ("ok", *SEVERITIES[1:], NOT_JUDGED)
 
 
-#: Every listing has it.
-CAMPAIGN = "campaign"
+#: Every listing has these; a tag of a shot is that of its impact.
+CAMPAIGN, TAG = "campaign", "tag"
 
 
 class ConditionError(ValueError):
@@ -241,18 +242,20 @@ def restricted(
     Raises:
         UnknownFieldError: For a condition on neither a column nor a factor.
         ConditionError: For a column that is compared with a word, an operator other than = and !=
-            for `quality` or `campaign`, and an unknown quality.
+            for `quality`, `campaign` or `tag`, and an unknown quality.
         LookupError: For an unknown campaign.
     """
     rows = table.__table__.c
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
         query = query.where(rows.campaign_id == campaign_id)
-    column_names = {*columns, CAMPAIGN, QUALITY} if table is Impact else {*columns, CAMPAIGN}
+    column_names = {*columns, CAMPAIGN, TAG, *([QUALITY] if table is Impact else [])}
     of_factors = [condition for condition in where if condition.field not in column_names]
     for condition in where:
         if condition.field == QUALITY and QUALITY in column_names:
             query = query.where(_of_quality(condition))
+        elif condition.field == TAG:
+            query = query.where(_has_tag(table, condition))
         elif condition.field == CAMPAIGN:
             query = query.where(_of_campaign(session, table, condition))
         elif condition.field in column_names:
@@ -287,6 +290,23 @@ def _of_campaign(session: Session, table: Table, condition: Condition) -> Column
         table.campaign_id, get_campaign_id(session, str(condition.value))
     )
     return matches
+
+
+def _has_tag(table: Table, condition: Condition) -> ColumnElement[bool]:
+    """Whether people have put a tag on the impact."""
+    if condition.operator not in ("=", "!="):
+        raise ConditionError(
+            f"condition {TAG}{condition.operator}{condition.value}; expected = or != and a word"
+        )
+    tagged = exists().where(
+        Tag.subject_kind == IMPACT,
+        Tag.word == str(condition.value).casefold(),
+        Tag.run == table.run,
+        Tag.repetition == table.repetition,
+        Tag.subject
+        == select(Campaign.name).where(Campaign.id == table.campaign_id).scalar_subquery(),
+    )
+    return tagged if condition.operator == "=" else not_(tagged)
 
 
 def _of_quality(condition: Condition) -> ColumnElement[bool]:

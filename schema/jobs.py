@@ -64,5 +64,7 @@ class Job(HasId, WithProvenance, Base):
     words: Mapped[str | None] = mapped_column(Text)
     result: Mapped[Any | None] = mapped_column(PlainJson(none_as_null=True), deferred=True)
     asked_at: Mapped[datetime]
+    asked_by: Mapped[str | None]  # the name of the person, and how it is known (`person_roles`)
+    asked_by_kind: Mapped[str | None]
     started_at: Mapped[datetime | None]  # the last attempt
     ended_at: Mapped[datetime | None]

@@ -19,7 +19,15 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from .base import in_batches
 from .campaign_counts import hit_counts
-from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel, PlannedRun
+from .campaigns import (
+    Campaign,
+    ConfigurationLevel,
+    Factor,
+    FactorLevel,
+    PlannedRun,
+    is_day_unknown,
+    stated_day,
+)
 from .conditions import (
     CAMPAIGN,
     CHANNEL_COLUMNS,
@@ -52,9 +60,9 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
         session: A session of the store.
 
     Returns:
-        A row for each campaign, by date and name, with `name`, `kind`, `date` (ISO 8601), the
-        numbers of its `impacts` and `shots`, and `planned` and `done`, which are runs of the plans
-        that it works off.
+        A row for each campaign, by date and name, with `name`, `kind`, `date` (ISO 8601; None where
+        nobody knows it, and these come last), the numbers of its `impacts` and `shots`, and
+        `planned` and `done`, which are runs of the plans that it works off.
     """
     hits = hit_counts(session)
     plans = list_plan_counts(session)
@@ -63,14 +71,14 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
         {
             "name": name,
             "kind": kind,
-            "date": date.isoformat(),
+            "date": stated_day(date),
             "impacts": hits[key][0],
             "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],
             "done": plans.get(key, (0, 0))[1],
         }
         for key, name, kind, date in session.execute(
-            select(*columns).order_by(Campaign.date, Campaign.name)
+            select(*columns).order_by(is_day_unknown(), Campaign.date, Campaign.name)
         )
     ]
 
@@ -168,7 +176,7 @@ def _impact_rows(
     """Rows of a listing from pages of rows of `_impacts`."""
     configurations = _Configurations(session)
     for rows in pages:
-        quality = _quality(session, rows)
+        quality = worst_severities(session, rows)
         configurations.learn({row["configuration_id"] for row in rows})
         for row in rows:
             yield {
@@ -488,9 +496,17 @@ class _Configurations:
         return self._known[key]
 
 
-def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
-    """Worst severity per impact of a page, where it is more than a note: of its own findings and
-    its recording's."""
+def worst_severities(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
+    """Worst severity per impact, where it is more than a note: of its own findings and its
+    recording's.
+
+    Parameters:
+        session: A session of the store.
+        rows: The `id` and the `recording_id` of each impact.
+
+    Returns:
+        "warning" or "reject" by the key of the impact, for those that have one.
+    """
     recordings = sorted({row["recording_id"] for row in rows if row["recording_id"] is not None})
     columns = (QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, inspect, text
@@ -22,10 +23,13 @@ if TYPE_CHECKING:
 
 #: The revision that this software reads and writes: the newest in `migrations/versions` (a test
 #: holds it to that).
-HEAD = "0014"
+HEAD = "0018"
 #: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on
 #: the server takes.
 MIGRATION_LOCK = 0x5EED
+#: The scripts of Alembic act on one connection for the whole process: two threads that make stores
+#: at once, as two exports do, would make the tables of both in one of them.
+_ONE_AT_A_TIME = Lock()
 
 
 def config(engine: Engine | None = None) -> Config:
@@ -87,7 +91,7 @@ def upgrade(engine: Engine, revision: str = "head") -> None:
     """
     from alembic import command
 
-    with _database_errors(engine):
+    with _database_errors(engine), _ONE_AT_A_TIME:
         command.upgrade(config(engine), revision)
 
 
@@ -101,7 +105,8 @@ def make_within(connection: Connection) -> None:
 
     settings = config()
     settings.attributes["connection"] = connection
-    command.upgrade(settings, "head")
+    with _ONE_AT_A_TIME:
+        command.upgrade(settings, "head")
 
 
 def version_error(place: str, address: str, revision: str) -> StoreVersionError:

@@ -8,7 +8,6 @@ else makes an engine or touches a session's commit.
 from __future__ import annotations
 
 import csv
-import getpass
 import socket
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,6 +24,7 @@ from ..plugins import with_packages
 from . import migrate
 from .access.permissions import refusal
 from .addresses import address_for_display
+from .audit import AuditEntry, ChangeMark
 from .base import Base, WithProvenance
 from .benches import Material, MaterialAlias
 from .engine import (
@@ -38,12 +38,14 @@ from .engine import (
     no_store,
     one_state,
 )
+from .person_roles import Person, system_person
 from .provenance import Provenance
 from .row_hashes import ROW_SHA256, hash_of_new
 from .row_keys import reserve_keys
 from .row_sealing import seal
 from .tables import metadata
 from .transactions import get_or_add, is_disconnect, is_transient, is_unique_violation, retry
+from .users import SECRET_TABLES
 
 Result = TypeVar("Result")
 
@@ -59,12 +61,18 @@ _WAITS = select(
 )
 
 
+#: Where a session keeps what tells whether it has changed something.
+_MARK = "pyroshock_change_mark"
+
+
 @dataclass(frozen=True)
 class Writer:
-    """Who writes: stored with every row."""
+    """Who writes: stored with every row. `person`: for whom a server writes; None for whoever runs
+    this process."""
 
     command: str
     software_version: str
+    person: Person | None = None
 
     def insert(self, connection: Connection) -> int:
         """Add this command's provenance row; returns its key.
@@ -72,10 +80,8 @@ class Writer:
         Parameters:
             connection: A connection to the store, within the transaction that the row belongs to.
         """
-        try:
-            user = getpass.getuser()
-        except (KeyError, OSError):  # a container's user without a name
-            user = "unknown"
+        person = self.person
+        user = person.name if person is not None and person.user_id else system_person().name
         row = insert(Provenance).values(
             software_version=with_packages(self.software_version),
             command=self.command,
@@ -101,6 +107,9 @@ class Store:
         self._reads = engine.execution_options(**one_state(engine))
         self._writes = engine.execution_options(pyroshock_writes=True)
         self.writer = writer
+        #: The change that is being made: its row goes with the first transaction that stores some
+        #: of it.
+        self.audit: AuditEntry | None = None
         self._written_by_id: int | None = None
         self._written_within: SessionTransaction | None = (
             None  # the savepoint that holds the provenance row
@@ -148,6 +157,7 @@ class Store:
             committing = False
             with self.writing() as session:
                 result = work(session)
+                self._record(session)
                 _seal(session)
                 committing = True
             return result
@@ -163,7 +173,8 @@ class Store:
     def writing(self) -> Iterator[Session]:
         """One transaction: everything in the block is stored, or nothing is. See `write` for others
         at work."""
-        provenance_id = self._written_by_id
+        provenance_id, entry = self._written_by_id, self.audit
+        recorded = entry is not None and entry.recorded
         try:
             with self._translated(), Session(self._writes) as session:
                 event.listen(session, "before_flush", self._sign)
@@ -171,12 +182,26 @@ class Store:
                 with session.begin() as transaction:
                     if self.engine.dialect.name == "postgresql":
                         session.execute(_WAITS)
+                    if entry is not None and not recorded:
+                        session.info[_MARK] = ChangeMark(session)
                     yield session
                     if transaction.is_active:  # the block may have rolled it back
+                        self._record(session)
                         _seal(session)
         except BaseException:
             self._written_by_id = provenance_id  # its provenance row went with the transaction
+            if entry is not None:
+                entry.recorded = recorded  # and so did the row of the audit trail
             raise
+
+    def _record(self, session: Session) -> None:
+        """The row of the audit trail, with the first transaction of a change that stores
+        something."""
+        mark = session.info.get(_MARK)
+        if self.audit is None or mark is None or self.audit.recorded or not mark.changed():
+            return
+        session.add(self.audit.row())
+        self.audit.recorded = True
 
     def written_by(self, session: Session) -> int:
         """Key of this command's provenance row, made on the first row that needs it: a command that
@@ -332,13 +357,21 @@ def count_rows(store: Store) -> dict[str, int]:
         store: The open store.
 
     Returns:
-        The number of rows of each table of the store, by the table's name.
+        The number of rows of each table of the store, by the table's name; not of those by which
+        people sign in, where the login is a reader's, who may not read them.
     """
     with store.reading() as session:
         return {
             table.name: session.scalar(select(func.count()).select_from(table)) or 0
             for table in metadata.sorted_tables
+            if table.name not in SECRET_TABLES or _may_read(session, table.name)
         }
+
+
+def _may_read(session: Session, table: str) -> bool:
+    if session.get_bind().dialect.name != "postgresql":
+        return True
+    return bool(session.scalar(select(func.has_table_privilege(table, "SELECT"))))
 
 
 __all__ = [

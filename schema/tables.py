@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 from . import (
+    audit,
     benches,
     campaign_counts,
     campaigns,
+    corrections,
     diagnoses,
+    home_pictures,
     impacts,
     jobs,
+    notes,
     provenance,
     recordings,
     registered_models,
+    saved_views,
+    users,
 )
 from .base import Base
 
 metadata = Base.metadata
 
 __all__ = [
+    "audit",
     "benches",
     "campaign_counts",
     "campaigns",
+    "corrections",
     "diagnoses",
+    "home_pictures",
     "impacts",
     "jobs",
     "metadata",
+    "notes",
     "provenance",
     "recordings",
     "registered_models",
+    "saved_views",
+    "users",
 ]

@@ -116,6 +116,12 @@ def error_percent(error: float) -> str:
     return NOTHING if math.isnan(error) else f"{number(100 * error)} %".replace("-", "−")
 
 
+def percentage_points(difference: float) -> str:
+    """`4.15 % points`, `−12 % points`: a difference of two shares or relative errors, which is no
+    share of either; a dash for what is no number."""
+    return NOTHING if math.isnan(difference) else f"{error_percent(difference)} points"
+
+
 def signed_percent(share: float) -> str:
     """`+1.2 %`, `−0.3 %`; no sign where nothing is left of the number, a dash for what is no
     number."""

@@ -62,6 +62,8 @@ _LABELS = {
     "velocity_m_s": "impact velocity",
     "width_half_s": "width at half of the peak",
     "spline_peak_force_n": "peak of the spline",
+    "srs_peak_m_s2": "SRS peak",
+    "srs_peak_frequency_hz": "frequency of the SRS peak",
     "mean_peak_n": "mean peak",
     "deviation_n": "standard deviation",
     "deviation_s": "standard deviation",
@@ -74,6 +76,7 @@ _LABELS = {
     "force_rmse_n": "force RMSE",
     "force_nrmse": "force NRMSE",
     "centroid_s": "centroid in time",
+    "cost": "cost, elements per thousand that miss the pulse",
 }
 #: Of materials, also of tip and plate: by the end of the key.
 _MATERIAL_UNITS = {"youngs_modulus_pa": ("GPa", 1e-9), "yield_strength_pa": ("MPa", 1e-6)}

@@ -19,6 +19,7 @@ from ..operations.operation import Operation, Request
 from ..web.dependencies import InLaboratory, Running
 from ..web.jobs import ask_operation, followed
 from ..web.rendering import page
+from ..web.role_needs import role_of
 from .json_route import in_address
 
 #: Larger files are given by their path.
@@ -90,7 +91,8 @@ def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
             methods=[request.model_fields["method"].default for request in operation.variants],
         )
 
+    needed = [Depends(role_of(operation))]
     if action:
-        router.add_api_route(action, send, methods=["POST"])
+        router.add_api_route(action, send, methods=["POST"], dependencies=needed)
     if operation.form is None:
-        router.add_api_route(action, show, methods=["GET"])
+        router.add_api_route(action, show, methods=["GET"], dependencies=needed)

@@ -18,6 +18,8 @@ from ..operations.operation import Asked, Operation, Request
 from ..web.dependencies import InLaboratory, Running
 from ..web.guard import INNER_SLASH
 from ..web.jobs import ask_operation
+from ..web.result_answer import result_answer, wants_result
+from ..web.role_needs import role_of
 
 
 def add_route(router: APIRouter, operation: Operation[Any, Any]) -> None:
@@ -41,15 +43,17 @@ def _add(router: APIRouter, operation: Operation[Any, Any], method: str, address
             return ask_operation(operation, request, laboratory, running).as_json()
         if operation.check is not None:
             operation.check(request, laboratory)
-        return finite(operation.answer(request, laboratory, _no_progress).to_network_json())
+        answer = operation.answer(request, laboratory, _no_progress)
+        return result_answer(answer) if wants_result(http) else finite(answer.to_network_json())
 
     router.add_api_route(
         address,
         endpoint,
         methods=[method],
+        dependencies=[Depends(role_of(operation))],
         name=operation.name,
         summary=operation.help.partition("\n")[0],
-        description=operation.help,
+        description=f"{operation.help}\n\nIt needs the role {operation.needed_role}.",
         tags=[topic_of(operation.name)],
         openapi_extra=_openapi(operation, method, address),
     )
@@ -70,11 +74,7 @@ def in_address(http: HttpRequest) -> dict[str, str]:
 
 def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     if method == "GET":
-        query = http.query_params
-        names = list(dict.fromkeys(query.keys()))
-        return {
-            name: texts[0] if len(texts := query.getlist(name)) == 1 else texts for name in names
-        }
+        return _of_pairs(http.query_params.multi_items())
     try:
         values = json.loads(body or b"{}", parse_constant=_no_number)
     except ValueError as error:
@@ -84,9 +84,17 @@ def _sent(http: HttpRequest, method: str, body: bytes) -> dict[str, Any]:
     return values
 
 
-def read_query(request: type[Asked], http: HttpRequest) -> Asked:
-    """The request in the query of an address. Raises `RequestError`."""
-    return read(request, _sent(http, "GET", b""), "network")
+def read_pairs(request: type[Asked], pairs: Sequence[tuple[str, str]]) -> Asked:
+    """The request in fields of an address. Raises `RequestError`."""
+    return read(request, _of_pairs(pairs), "network")
+
+
+def _of_pairs(pairs: Sequence[tuple[str, str]]) -> dict[str, Any]:
+    """A field that stands there several times is a list."""
+    texts: dict[str, list[str]] = {}
+    for name, text in pairs:
+        texts.setdefault(name, []).append(text)
+    return {name: own[0] if len(own) == 1 else own for name, own in texts.items()}
 
 
 def _no_number(constant: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from types import MethodType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -15,12 +16,17 @@ from ..common.frames import step_bar
 from ..operations.faults import argument_of, read_arguments
 from ..operations.fields import presentation_of
 from ..operations.laboratory import Laboratory
-from ..operations.operation import Answer, Asked, Operation, Request
+from ..operations.operation import Answer, Asked, Operation, Request, Result
+
+#: What a method gives.
+Returned = TypeVar("Returned", bound=Result)
 
 if TYPE_CHECKING:
-    from typing import Protocol
+    from typing import Literal, Protocol, overload
 
+    from ...parallel.executor import ExecutorConfig
     from ...schema.session import Store
+    from .job_handle import JobHandle
 
     class Owner(Protocol):
         """An object of the library with an open store."""
@@ -29,6 +35,30 @@ if TYPE_CHECKING:
         def store(self) -> Store: ...
         @property
         def url(self) -> str: ...
+
+    class Answers(Protocol):
+        """Where the requests of an object of the library go: its store, or a server."""
+
+        def answer(
+            self,
+            operation: Operation[Any, Answer],
+            request: Request,
+            progress: bool = True,
+            *,
+            executor: ExecutorConfig | None = None,
+            processes: int | None = None,
+        ) -> Answer: ...
+        def ask(self, operation: Operation[Any, Answer], request: Request) -> JobHandle[Answer]: ...
+
+    class BoundMethod(Protocol[Returned]):
+        """A method with the arguments of a request; `wait=False` gives the job of long work."""
+
+        @overload
+        def __call__(
+            self, *args: Any, wait: Literal[False], **values: Any
+        ) -> JobHandle[Returned]: ...
+        @overload
+        def __call__(self, *args: Any, wait: Literal[True] = True, **values: Any) -> Returned: ...
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -51,9 +81,11 @@ class PythonMethod(Generic[Answer]):
         self.request: type[Request] = request
         self.operation: Operation[Any, Answer] = operation
 
-        def method(instance: Owner, /, *args: Any, progress: bool = True, **values: Any) -> Answer:
+        def method(
+            instance: Owner, /, *args: Any, progress: bool = True, wait: bool = True, **values: Any
+        ) -> Answer | JobHandle[Answer]:
             with library_errors():
-                return self._answer(instance, args, progress, values)
+                return self._answer(instance, args, progress, wait, values)
 
         method.__doc__ = documentation(request, operation)
         method.__signature__ = signature(request, operation)  # type: ignore[attr-defined]
@@ -63,12 +95,19 @@ class PythonMethod(Generic[Answer]):
         self.method.__name__, self.method.__qualname__ = name, f"{owner.__qualname__}.{name}"
         self.method.__module__ = owner.__module__
 
-    def __get__(self, instance: Owner | None, owner: type | None = None) -> Callable[..., Answer]:
-        return self.method if instance is None else MethodType(self.method, instance)
+    def __get__(self, instance: Owner | None, owner: type | None = None) -> BoundMethod[Answer]:
+        bound: Any = self.method if instance is None else MethodType(self.method, instance)
+        method: BoundMethod[Answer] = bound
+        return method
 
     def _answer(
-        self, owner: Owner, args: tuple[Any, ...], progress: bool, fields: dict[str, Any]
-    ) -> Answer:
+        self,
+        owner: Owner,
+        args: tuple[Any, ...],
+        progress: bool,
+        wait: bool,
+        fields: dict[str, Any],
+    ) -> Answer | JobHandle[Answer]:
         places = positional_fields(self.request)
         if len(args) > len(places):
             takes = f"{self.method.__name__}() takes {len(places)} positional arguments"
@@ -76,8 +115,39 @@ class PythonMethod(Generic[Answer]):
         processes = fields.pop("jobs", None) if self.operation.processes else None
         values = {**dict(zip(places, args, strict=False)), **fields}
         request = read_arguments(self.request, values)
-        laboratory = Laboratory(owner.store, owner.url, processes=processes)
-        return answer_of(self.operation, request, laboratory, progress)
+        answers: Answers = getattr(owner, "answers", None) or StoreAnswers(owner.store, owner.url)
+        if wait or not self.operation.long:
+            return answers.answer(self.operation, request, progress, processes=processes)
+        return answers.ask(self.operation, request)
+
+
+@dataclass(frozen=True)
+class StoreAnswers:
+    """Requests are answered here, from an open store."""
+
+    store: Store
+    url: str
+
+    def answer(
+        self,
+        operation: Operation[Any, Answer],
+        request: Request,
+        progress: bool = True,
+        *,
+        executor: ExecutorConfig | None = None,
+        processes: int | None = None,
+    ) -> Answer:
+        """The answer, once the work is done."""
+        laboratory = Laboratory(self.store, self.url, processes=processes)
+        if executor is not None:
+            laboratory = replace(laboratory, executor=executor)
+        return answer_of(operation, request, laboratory, progress)
+
+    def ask(self, operation: Operation[Any, Answer], request: Request) -> JobHandle[Answer]:
+        """The job, which `pyroshock work` or a server of this store does."""
+        from .job_handle import LocalJobs
+
+        return LocalJobs(self.store, self.url).ask(operation, request)
 
 
 def answer_of(
@@ -130,6 +200,7 @@ def signature(request: type[Request], operation: Operation[Any, Any]) -> inspect
         parameters.append(inspect.Parameter("jobs", keyword, default=None))
     if operation.long:
         parameters.append(inspect.Parameter("progress", keyword, default=True))
+        parameters.append(inspect.Parameter("wait", keyword, default=True))
     returned = getattr(operation.keep or operation.run, "__annotations__", {}).get("return", Any)
     return inspect.Signature(parameters, return_annotation=returned)
 
@@ -159,6 +230,7 @@ def documentation(request: type[Request], operation: Operation[Any, Any]) -> str
         rows.append(f"    jobs: {_python_words(operation.processes)}")
     if operation.long:
         rows.append("    progress: Show a bar. (default True)")
+        rows.append("    wait: Wait for the result; else the work is a job, whose handle is given.")
     sections = ["Parameters:\n" + "\n".join(rows)] if rows else []
     return "\n\n".join([*paragraphs, *sections])
 

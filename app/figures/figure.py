@@ -24,8 +24,7 @@ from ...array_types import Floats
 Scale = Literal["linear", "log"]
 Direction = Literal["x", "y"]
 Dash = Literal["solid", "dash", "dot", "dashdot", "longdash"]
-#: Beside colours, for those who cannot tell all of them apart: five and eight have no common
-#: divisor, so that 40 curves differ in colour or dashes.
+#: Beside the eight colours, where there are more curves than colours.
 DASHES: tuple[Dash, ...] = ("solid", "dash", "dot", "dashdot", "longdash")
 #: Unit of what has none: shares, ratios, counts.
 DIMENSIONLESS = "1"
@@ -49,6 +48,9 @@ class ColourRole(StrEnum):
     INK = "ink"
     QUIET = "quiet"
     RULE = "rule"
+    #: What a check rejects, and what it warns of.
+    BAD = "bad"
+    WARN = "warn"
     CATEGORY_0 = "c0"
     CATEGORY_1 = "c1"
     CATEGORY_2 = "c2"
@@ -67,6 +69,12 @@ def category(number: int) -> ColourRole:
     return CATEGORIES[number % len(CATEGORIES)]
 
 
+def curve_style(number: int) -> tuple[ColourRole, Dash]:
+    """Colour and dashes of the curve of this number: the first eight differ in colour, each
+    further eight have the same colours with other dashes, so that 40 curves differ."""
+    return category(number), DASHES[number // len(CATEGORIES) % len(DASHES)]
+
+
 def as_floats(values: ArrayLike | Sequence[float | None]) -> Floats:
     """Numbers that cannot be written to, (n,); NaN, a gap, for None and for what is not finite."""
     array = np.array(values, dtype=np.float64)
@@ -79,9 +87,10 @@ def as_floats(values: ArrayLike | Sequence[float | None]) -> Floats:
 class PlotAxis:
     """`unit` is "1" for what has none. An axis of `categories` counts them from 0.
 
-    `limits` are the ends where the values do not set them, `from_zero` keeps zero in sight,
-    `reversed` turns the axis (the first category at the top), `whole` names whole numbers only, and
-    `hidden` leaves out ticks and title. Raises `ValueError` for an axis without a unit or
+    `limits` are the ends where the values do not set them, `first_view` the ends that a page opens
+    with where it does not show everything, `from_zero` keeps zero in sight, `reversed` turns the
+    axis (the first category at the top), `whole` names whole numbers only, and `hidden` leaves out
+    ticks and title. Raises `ValueError` for an axis without a unit or
     categories, and for ends that it cannot have.
     """
 
@@ -90,6 +99,7 @@ class PlotAxis:
     scale: Scale = "linear"
     categories: tuple[str, ...] = ()
     limits: tuple[float, float] | None = None
+    first_view: tuple[float, float] | None = None
     from_zero: bool = False
     reversed: bool = False
     whole: bool = False
@@ -103,8 +113,10 @@ class PlotAxis:
             )
         if self.categories and self.scale == "log":
             raise ValueError(f"axis {self.quantity!r} of categories cannot be logarithmic")
-        if self.limits is not None:
-            low, high = self.limits
+        for ends in (self.limits, self.first_view):
+            if ends is None:
+                continue
+            low, high = ends
             if not (math.isfinite(low) and math.isfinite(high) and low < high):
                 raise ValueError(
                     f"axis {self.quantity!r} cannot end at {low:g} and {high:g}; the first must be "
@@ -295,6 +307,10 @@ class BarSeries(PlotSeries):
         return super().masked("x" if (direction == "y") == self.horizontal else "y")
 
 
+#: A box has five numbers: of fewer samples it would show what nobody has measured.
+FEWEST_IN_A_BOX = 5
+
+
 @dataclass(frozen=True)
 class BoxSummary:
     """Median, quartiles, and whiskers: the last samples within 1.5 quartile ranges (Tukey)."""
@@ -337,12 +353,13 @@ class BoxSeries(PlotSeries):
         return replace(self, samples=masked)
 
     def summaries(self) -> tuple[BoxSummary | None, ...]:
-        """A box for each position, None where it has no sample."""
+        """A box for each position, None where it has fewer samples than `FEWEST_IN_A_BOX`: those
+        are drawn as points alone."""
         return tuple(_summary(values[np.isfinite(values)]) for values in self.samples)
 
 
 def _summary(values: Floats) -> BoxSummary | None:
-    if not values.size:
+    if values.size < FEWEST_IN_A_BOX:
         return None
     lower, median, upper = (float(value) for value in np.quantile(values, [0.25, 0.5, 0.75]))
     reach = 1.5 * (upper - lower)
@@ -424,7 +441,11 @@ class ReferenceLine:
 
 @dataclass(frozen=True)
 class ReferenceRegion:
-    """All between two values of the axis `along`, shaded."""
+    """All between two values of the axis `along`, shaded.
+
+    `mark` is a number or a word that stands at its upper end, and `text` the sentence that the
+    cursor says within it. On a page it is always wide enough to be seen.
+    """
 
     along: Direction
     start: float
@@ -432,6 +453,8 @@ class ReferenceRegion:
     name: str = ""
     role: ColourRole = ColourRole.TOLERANCE
     opacity: float = 0.15
+    mark: str = ""
+    text: str = ""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.start) and math.isfinite(self.stop) and self.start < self.stop):
@@ -458,9 +481,9 @@ class Plot:
     """One pair of axes. Raises `ValueError` for numbers that its axes cannot hold; on a logarithmic
     axis, numbers that are not positive become gaps.
 
-    `notes` are sentences that stand below it. `equal_scales`: one unit is as long on both axes.
-    `cursor` "column" reads all curves at one x, "nearest" the nearest point. `height` is in px of
-    a page, None for the usual one.
+    `notes` are sentences that stand below it. `equal_scales`: one unit is as long on both axes;
+    `equal_decades`: one decade is, on two logarithmic axes. `cursor` "column" reads all curves at
+    one x, "nearest" the nearest point. `height` is in px of a page, None for the usual one.
     """
 
     title: str
@@ -472,11 +495,17 @@ class Plot:
     labels: tuple[TextLabel, ...] = ()
     notes: tuple[str, ...] = ()
     equal_scales: bool = False
+    equal_decades: bool = False
     cursor: Literal["nearest", "column"] = "nearest"
     height: float | None = None
 
     def __post_init__(self) -> None:
         series = tuple(self.series)
+        if self.equal_decades and not self.x.scale == self.y.scale == "log":
+            raise ValueError(
+                f"plot {self.title!r} with equal decades has a {self.x.scale} and a {self.y.scale} "
+                "axis; both must be logarithmic"
+            )
         for direction, axis in self.axes():
             if axis.scale == "log":
                 series = tuple(own.masked(direction) for own in series)

@@ -143,6 +143,16 @@ def _colours_of(plot: Plot) -> int:
 def _region(region: ReferenceRegion, axes: Axes, ink: _Ink) -> Artist:
     span = axes.axvspan if region.along == "x" else axes.axhspan
     colour = ink(region.role)
+    if region.mark and region.along == "x":
+        axes.annotate(
+            _plain(region.mark),
+            (region.start, 1.0),
+            xycoords=("data", "axes fraction"),
+            va="top",
+            color=colour,
+            fontsize="x-small",
+            annotation_clip=True,
+        )
     return span(region.start, region.stop, color=colour, alpha=region.opacity, lw=0)
 
 
@@ -239,7 +249,12 @@ def _(own: BoxSeries, target: _Target) -> list[Artist]:
     artists: list[Artist] = []
     line: dict[str, Any] = {"color": colour, "lw": 1.2, "alpha": own.opacity}
     for position, box, samples in zip(own.position, own.summaries(), own.samples, strict=True):
+        beside = position + 0.8 * own.width * ((0.618 * np.arange(len(samples))) % 1 - 0.5)
+        points = target.axes.plot(
+            beside, samples, "o", ms=3, mew=0, color=colour, alpha=0.5 * own.opacity
+        )
         if box is None:
+            artists += points
             continue
         near, far = position - own.width / 2, position + own.width / 2
         lower, upper = box.lower_quartile, box.upper_quartile
@@ -249,8 +264,6 @@ def _(own: BoxSeries, target: _Target) -> list[Artist]:
         target.axes.plot([near, far], [box.median, box.median], **line)
         target.axes.plot([position, position], [box.lower_whisker, lower], **line)
         target.axes.plot([position, position], [upper, box.upper_whisker], **line)
-        beside = position + 0.8 * own.width * ((0.618 * np.arange(len(samples))) % 1 - 0.5)
-        target.axes.plot(beside, samples, "o", ms=3, mew=0, color=colour, alpha=0.5 * own.opacity)
     return artists
 
 
@@ -352,6 +365,8 @@ def _style(axes: Axes, plot: Plot, ink: _Ink) -> None:
     axes.set_axisbelow(True)
     if plot.equal_scales and plot.x.scale == plot.y.scale:
         axes.set_box_aspect(1)
+    if plot.equal_decades:
+        axes.set_aspect("equal", adjustable="box")
 
 
 def new_figure(width: float, height: float) -> MatplotlibFigure:

@@ -16,10 +16,12 @@ from .figure import (
     BarSeries,
     BoxSeries,
     Direction,
+    Figure,
     HeatMap,
     LineSeries,
     Plot,
     PlotAxis,
+    PlotGrid,
     PlotSeries,
     PointSeries,
     StepSeries,
@@ -28,8 +30,38 @@ from .figure import (
 FigureData = dict[str, Any]
 
 
-def figure_data(plot: Plot) -> FigureData:
-    """A plot as JSON; gaps are null."""
+def figure_data(figure: Figure) -> FigureData:
+    """A figure as JSON; gaps are null.
+
+    Parameters:
+        figure: A plot, or plots below each other.
+
+    Returns:
+        What `static/charts.js` draws. A grid has its plots as `rows`.
+
+    Raises:
+        ValueError: The grid has plots beside each other; a page has a chart for each of them.
+    """
+    return _plot_data(figure) if isinstance(figure, Plot) else _grid_data(figure)
+
+
+def _grid_data(grid: PlotGrid) -> FigureData:
+    if any(len(row) != 1 for row in grid.rows):
+        raise ValueError(
+            f"grid {grid.title!r} has rows of {len(grid.rows[0])} plots; a page shows plots below "
+            "each other"
+        )
+    return {
+        "title": grid.title,
+        "description": grid.description,
+        "rows": [_plot_data(plot) for plot in grid.plots()],
+        "linked": grid.share_x,
+        "legend": list(grid.legend()),
+        "notes": list(grid.notes),
+    }
+
+
+def _plot_data(plot: Plot) -> FigureData:
     return {
         "title": plot.title,
         "description": plot.description,
@@ -43,6 +75,7 @@ def figure_data(plot: Plot) -> FigureData:
         "notes": list(plot.notes),
         "cursor": plot.cursor,
         "height": plot.height,
+        "equal_decades": plot.equal_decades,
     }
 
 
@@ -63,7 +96,7 @@ def short_numbers(values: ArrayLike, digits: int = 6) -> list[float | None]:
 
 
 _LINE = ("along", "at", "name", "role", "dash", "width")
-_REGION = ("along", "start", "stop", "name", "role", "opacity")
+_REGION = ("along", "start", "stop", "name", "role", "opacity", "mark", "text")
 _LABEL = ("text", "x", "y", "anchor", "above", "role")
 #: Digits of positions: neighbours of a long record differ in their last ones.
 _FINE = 9
@@ -74,7 +107,11 @@ def _fields(record: object, names: Sequence[str]) -> FigureData:
 
 
 def _axis(plot: Plot, direction: Direction) -> FigureData:
-    return _axis_words(plot.axis(direction)) | {"limits": list(plot.limits(direction))}
+    axis = plot.axis(direction)
+    return _axis_words(axis) | {
+        "limits": list(plot.limits(direction)),
+        "first_view": None if axis.first_view is None else list(axis.first_view),
+    }
 
 
 def _axis_words(axis: PlotAxis) -> FigureData:

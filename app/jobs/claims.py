@@ -48,6 +48,9 @@ class Claimed:
     arguments: dict[str, Any]
     host: str | None
     stop_requested: bool
+    #: The name of the person who asked, and how it is known; None of a job of an earlier version.
+    asked_by: str | None = None
+    asked_by_kind: str | None = None
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,9 @@ def _take(session: Session, hand: WorkerIdentity, query: Any, worker_died: bool)
     )
     job = session.get_one(Job, key)
     return Claimed(
-        Lease(key, job.attempt), job.kind, job.label, job.arguments, job.host, job.stop_requested
+        Lease(key, job.attempt),
+        *(job.kind, job.label, job.arguments, job.host, job.stop_requested),
+        *(job.asked_by, job.asked_by_kind),
     )
 
 

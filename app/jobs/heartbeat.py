@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from ...schema.base import to_plain
 from ...schema.engine import StoreError
+from ...schema.job_results import kept
 from ...schema.jobs import DONE, FAILED, STOPPED, WAITING, Job
 from ...schema.session import Store
 from .kind import InterruptedWorkError, JobResult, StoppedError
@@ -68,7 +70,7 @@ def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgr
     columns = {
         "address": result.address,
         "words": result.words,
-        "result": result.data,
+        "result": kept(result.data, result.whole),
         "what": progress.what,
     }
     _end(
@@ -76,14 +78,26 @@ def finish(session: Session, lease: Lease, result: JobResult, progress: JobProgr
     )
 
 
-def fail(store: Store, lease: Lease, why: str) -> None:
-    """The job ends with an error, in words. Raises `LeaseLostError`."""
-    store.write(lambda session: _end(session, lease, FAILED, {"error": to_plain(why)}))
+#: Writes what else belongs to the end of a job, in the transaction that ends it.
+Record = Callable[[Session], None]
 
 
-def stopped(store: Store, lease: Lease) -> None:
+def _nothing_else(_: Session) -> None:
+    pass
+
+
+def fail(
+    store: Store, lease: Lease, why: str, fault: str = "", record: Record = _nothing_else
+) -> None:
+    """The job ends with an error, in words, of this kind (`kept_result.fault_of`). Raises
+    `LeaseLostError`."""
+    columns = {"error": to_plain(why), **({"result": kept(None, None, fault)} if fault else {})}
+    store.write(lambda session: _end(session, lease, FAILED, columns, record))
+
+
+def stopped(store: Store, lease: Lease, record: Record = _nothing_else) -> None:
     """The job ends because a person wanted it. Raises `LeaseLostError`."""
-    store.write(lambda session: _end(session, lease, STOPPED, {}))
+    store.write(lambda session: _end(session, lease, STOPPED, {}, record))
 
 
 def give_back(store: Store, lease: Lease, why: str = "") -> None:
@@ -92,8 +106,15 @@ def give_back(store: Store, lease: Lease, why: str = "") -> None:
     store.write(lambda session: change(session, lease, again))
 
 
-def _end(session: Session, lease: Lease, state: str, values: dict[str, Any]) -> None:
+def _end(
+    session: Session,
+    lease: Lease,
+    state: str,
+    values: dict[str, Any],
+    record: Record = _nothing_else,
+) -> None:
     change(session, lease, {**values, "state": state, "ended_at": datetime.now(UTC)})
+    record(session)
 
 
 #: A lease is kept by so many beats: some may come late, on a machine that is busy or a store that

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from ...schema.person_roles import OPERATOR
 from ..operations.fields import Presentation, request_field, row_limit
 from ..operations.laboratory import Laboratory
 from ..operations.operation import FormPage, Operation, Outcome, Progress, Request, Result, Rows
@@ -159,6 +160,7 @@ def _delete(request: NamedJob, laboratory: Laboratory, _: Progress) -> Outcome:
 
 JOB_DELETE: Operation[NamedJob, Outcome] = Operation(
     name="job-delete",
+    role=OPERATOR,
     request=NamedJob,
     run=_delete,
     help="Delete the job with number JOB from the list. What it has stored stays. A job that has "

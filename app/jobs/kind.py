@@ -27,11 +27,12 @@ class InterruptedWorkError(Exception):
 @dataclass(frozen=True)
 class JobResult:
     """Where to see what a job did (an address of a page), what to say of it, and it as plain data
-    for scripts."""
+    for scripts; `whole` is the result for `operations.result_codec.decode`."""
 
     address: str
     words: str = ""
     data: Any = None
+    whole: Any = None
 
 
 #: Writes what must not be written twice, and tells the result: called within the transaction that

@@ -12,6 +12,7 @@ from sqlalchemy import ColumnElement, update
 from sqlalchemy.orm import Session
 
 from ...schema.jobs import RUNNING, Job
+from ...schema.person_roles import Person
 from ...schema.session import Store, Writer
 
 #: No row of the session is looked at: it holds none of this table.
@@ -64,8 +65,11 @@ class FencedStore(Store):
     For one thread. Closing it is its maker's who owns the engine.
     """
 
-    def __init__(self, store: Store, lease: Lease, what: str) -> None:
-        super().__init__(store.engine, Writer(what, store.writer.software_version))
+    def __init__(self, store: Store, lease: Lease, what: str, person: Person | None = None) -> None:
+        """Parameters:
+        person: For whom the job is done; None where nobody is known, or whoever runs this process.
+        """
+        super().__init__(store.engine, Writer(what, store.writer.software_version, person))
         self.lease = lease
         self._last: Session | None = None
 

@@ -13,6 +13,7 @@ from ..operations.laboratory import Laboratory
 from ..operations.machine_paths import MachinePath, scratches_of
 from ..operations.operation import Operation, Request, Result
 from ..operations.upload_folders import discard
+from .kept_result import whole_of
 from .kind import Ending, JobForm, JobResult, Kind, RunningJob
 
 
@@ -26,7 +27,7 @@ def kind_of(operation: Operation[Any, Any]) -> Kind[Any]:
         def ending() -> JobResult:
             kept = made if operation.keep is None else operation.keep(made, laboratory)
             address = operation.result_page.format(job=work.job) or kept.address()
-            return JobResult(address, kept.summary(), finite(_job_data(kept)))
+            return JobResult(address, kept.summary(), finite(_job_data(kept)), whole_of(kept))
 
         return ending
 

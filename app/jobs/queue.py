@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -13,6 +13,7 @@ from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session, undefer
 
 from ...schema.base import to_plain
+from ...schema.job_results import data_of, stored_fault, stored_whole
 from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
 from ...schema.provenance import Provenance
 from ...schema.session import Store
@@ -76,13 +77,30 @@ def this_host() -> str:
     return os.environ.get(HOST_VARIABLE) or socket.gethostname()
 
 
+#: Writes what else belongs to a new job, of the number that it has, in its transaction.
+AskingRecord = Callable[[Session, int], None]
+
+
+def _nothing_else(_session: Session, _job: int) -> None:
+    pass
+
+
 def ask(
-    store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None
+    store: Store,
+    kind: Kind[Arguments],
+    label: str,
+    arguments: Arguments,
+    host: str | None = None,
+    record: AskingRecord = _nothing_else,
 ) -> JobView:
-    """Put a job at the end of the queue; `host` where only one machine has what it needs."""
+    """Put a job at the end of the queue; `host` where only one machine has what it needs. The job
+    keeps for whom the store's writer asks."""
+    person = store.writer.person
 
     def work(session: Session) -> int:
         job = Job(
+            asked_by=None if person is None else person.name,
+            asked_by_kind=None if person is None else person.kind,
             kind=kind.name,
             label=to_plain(label),
             arguments=kind.plain(arguments),
@@ -91,6 +109,7 @@ def ask(
         )
         session.add(job)
         session.flush()
+        record(session, job.id)
         return job.id
 
     return get_job(store, store.write(work))
@@ -102,7 +121,29 @@ def get_job(store: Store, key: int) -> JobView:
         job = session.get(Job, key, options=[undefer(Job.result)])
         if job is None:
             raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
-        return _view(job, job.result)
+        return _view(job, data_of(job.result))
+
+
+@dataclass(frozen=True)
+class EndedJob:
+    """What has come of a job for a client: its whole result, or which kind of error ended it."""
+
+    kind: str
+    state: str
+    error: str | None
+    fault: str
+    whole: Any
+
+
+def ended_with(store: Store, key: int) -> EndedJob:
+    """What has come of a job, None as the whole result of one that has none. Raises
+    `UnknownJobError`."""
+    with store.reading() as session:
+        job = session.get(Job, key, options=[undefer(Job.result)])
+        if job is None:
+            raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
+        whole, fault = stored_whole(job.result), stored_fault(job.result)
+        return EndedJob(job.kind, job.state, job.error, fault, whole)
 
 
 def list_jobs(
@@ -139,15 +180,19 @@ def is_repeatable(store: Store, key: int) -> bool:
     return stored_scratch(_asked(store, key)[1]) is None
 
 
-def ask_again(store: Store, key: int) -> JobView:
-    """Put a job that has ended at the end of the queue again. Raises `UnknownJobError`,
-    `ValueError`."""
+def ask_again(
+    store: Store, key: int, record_of: Callable[[str, Any], AskingRecord] | None = None
+) -> JobView:
+    """Put a job that has ended at the end of the queue again; `record_of` gives the record of a
+    kind of job and its arguments. Raises `UnknownJobError`, `ValueError`."""
     kind, arguments, label, host = _asked(store, key)
     if not get_job(store, key).ended:
         raise ValueError(f"job {key} has not ended yet; stop it first")
     if stored_scratch(arguments) is not None:
         raise ValueError("the files that were uploaded for this job are gone; send them again")
-    return ask(store, kind, label, kind.read(arguments), host)
+    request = kind.read(arguments)
+    record = _nothing_else if record_of is None else record_of(kind.name, request)
+    return ask(store, kind, label, request, host, record)
 
 
 def _asked(store: Store, key: int) -> tuple[Kind[Any], dict[str, Any], str, str | None]:

@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
+from ...schema.person_roles import ADMINISTRATOR
 from ..operations.fields import Presentation, Texts, quantity, request_field
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Outcome, Progress, Request
@@ -81,6 +82,8 @@ def _ended_as_by_hand() -> Iterator[None]:
 
 WORK: Operation[WorkerStart, Outcome] = Operation(
     name="work",
+    role=ADMINISTRATOR,
+    unrecorded=True,
     request=WorkerStart,
     run=_work,
     help="""Do the long work that was asked for (see `pyroshock jobs`): ingests, diagnoses,

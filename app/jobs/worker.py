@@ -19,14 +19,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from ...schema.addresses import without_secrets
+from ...schema.audit import DONE, FAILED, STOPPED
 from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
 from ...schema.transactions import is_transient
 from ..common.errors import is_for_the_user
 from ..common.model_registry import MissingExtraError
 from ..operations.operation import NotHereError
+from .asking import asking_person, record_of
 from .claims import (
     MOST_DEATHS,
     Claimed,
@@ -40,6 +43,7 @@ from .claims import (
     tidy_up,
 )
 from .heartbeat import Heartbeat, fail, finish, give_back, stopped
+from .kept_result import fault_of
 from .kind import InterruptedWorkError, RunningJob, StoppedError
 from .known_kinds import KINDS
 from .lease import FencedStore, LeaseLostError
@@ -74,7 +78,7 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
         _log.warning("%s; nothing more of it is stored", error)
         return True
     except StoppedError:
-        _ended(claimed, lambda: stopped(bench.store, lease))
+        _ended(claimed, lambda: stopped(bench.store, lease, record_of(claimed, STOPPED)))
     except (NotHereError, MissingExtraError) as error:
         _handed_back(bench, claimed, f"waits for another worker: {error}")
         return False
@@ -86,8 +90,9 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
         ):  # the store's trouble, not the job's
             _handed_back(bench, claimed)
             raise
-        words = _words(error)
-        _ended(claimed, lambda: fail(bench.store, lease, words))
+        words, fault = _words(error), fault_of(error) if is_for_the_user(error) else ""
+        record = record_of(claimed, FAILED, words)
+        _ended(claimed, lambda: fail(bench.store, lease, words, fault, record))
     except BaseException:  # an interruption, too, hands the job back; it is raised again
         _handed_back(bench, claimed)
         raise
@@ -98,7 +103,8 @@ def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
 
 def _do(bench: WorkerContext, claimed: Claimed) -> None:
     lease = claimed.lease
-    store = FencedStore(bench.store, lease, f"job {lease.job}: {claimed.label}")
+    person = asking_person(bench.store, claimed)
+    store = FencedStore(bench.store, lease, f"job {lease.job}: {claimed.label}", person)
     with Heartbeat(
         bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested
     ) as heart:
@@ -109,7 +115,13 @@ def _do(bench: WorkerContext, claimed: Claimed) -> None:
             RunningJob(lease.job, store, bench.db, heart.step, bench.folders), arguments
         )
         heart.check()
-        store.end(lambda session: finish(session, lease, ending(), heart.progress))
+        record = record_of(claimed, DONE)
+
+        def end(session: Session) -> None:
+            finish(session, lease, ending(), heart.progress)
+            record(session)
+
+        store.end(end)
 
 
 def _ended(claimed: Claimed, end: Callable[[], None]) -> None:

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from ...schema.addresses import address_for_display
-from ...schema.session import Store, Writer, open_store
+from ...schema.session import Store
 from ..common.errors import raises_library_errors
 from ..common.frames import chosen_columns, frame_of, sorted_by, titled_table
-from ..doors.python import PythonMethod, answer_of, with_arguments_of
+from ..doors.job_handle import JobHandle, LocalJobs
+from ..doors.python import PythonMethod, StoreAnswers, with_arguments_of
 from ..operations.diagnose.adopt import ADOPT
 from ..operations.diagnose.blind_check import BLIND_CHECK, BlindCheckRequest
 from ..operations.diagnose.delete import DELETE_DIAGNOSIS
 from ..operations.diagnose.make import DIAGNOSE
 from ..operations.diagnose.request import DiagnosisRequest
 from ..operations.diagnose.show import SHOW_DIAGNOSIS
+from ..operations.explore.explore import EXPLORE
+from ..operations.explore.request import Exploration
 from ..operations.faults import read
 from ..operations.impacts.listing import SHOT_LIST, SelectedRows
 from ..operations.ingest.extract import EXTRACT, Extraction
 from ..operations.ingest.folder import INGEST
 from ..operations.ingest.request import FolderIngest
-from ..operations.laboratory import Laboratory
-from ..operations.operation import Answer, Operation
+from ..operations.operation import Answer, Operation, Result
 from ..operations.predict.request import TwinOptions
 from ..operations.store.integrity import DB_CHECK, StoreCheck
 from ..operations.validate.request import ValidationRequest
@@ -34,7 +36,11 @@ from ..operations.validate.validating import VALIDATE
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ...dataset.snapshot import Snapshot
+    from ..doors.job_handle import JobSource
+    from ..doors.python import Answers
     from ..operations.diagnose.service import GapDiagnosis
+    from ..operations.explore.result import Explored
     from ..operations.impacts.service import ForcePulse, StoredRecording
     from ..operations.train.contact_model import StoredModel
     from ..operations.train.service import (
@@ -60,6 +66,7 @@ class ExperimentStore:
     def __init__(self, store: Store, url: str) -> None:
         self.store = store
         self.url = url
+        self.answers: Answers = StoreAnswers(store, url)
 
     # --- plans
 
@@ -87,9 +94,12 @@ class ExperimentStore:
             Columns `name`, `kind`, `date`, `impacts`, `shots`, and `planned` and `done`, which
             count the runs of the campaign's plans.
         """
+        return frame_of(self._campaign_rows(), ("name", "kind", "date"))
+
+    def _campaign_rows(self) -> Sequence[Mapping[str, Any]]:
         from ..operations.ingest.campaigns import CAMPAIGN_LIST
 
-        return frame_of(self._ask(CAMPAIGN_LIST).rows, ("name", "kind", "date"))
+        return self._ask(CAMPAIGN_LIST).rows
 
     @raises_library_errors
     def impacts(
@@ -124,17 +134,20 @@ class ExperimentStore:
             InvalidValueError: For a condition that cannot be read or names no column, and a limit
                 below 1.
         """
-        from ..operations.impacts.service import impacts_frame, with_absent_factors
-
         values = {"campaign": campaign, "where": where, "limit": limit}
         selection = read(SelectedRows, values, "python")
         named = [*(columns or ()), *([] if sort is None else [sort.removeprefix("-")])]
-        with self.store.reading() as session:
-            conditions = selection.conditions()
-            frame = impacts_frame(session, campaign, conditions, limit if sort is None else None)
-            frame = with_absent_factors(session, frame, named)
+        selection.conditions()  # one that cannot be read is refused before anything is asked
+        frame = self._impacts(selection, limit if sort is None else None, named)
         frame = sorted_by(frame, sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
+
+    def _impacts(
+        self, selection: SelectedRows, limit: int | None, named: Sequence[str]
+    ) -> pd.DataFrame:
+        from ..operations.impacts.service import read_impacts
+
+        return read_impacts(self.store, selection, limit, named)
 
     @raises_library_errors
     def shots(
@@ -172,9 +185,15 @@ class ExperimentStore:
 
         listed = ("campaign", *SHOT_COLUMNS, "predicted_velocity_m_s")
         read(SelectedRows, {"limit": limit}, "python")
-        shots = self._ask(SHOT_LIST, campaign=campaign, where=where)
-        frame = sorted_by(frame_of(shots.rows, listed), sort)
+        selection = read(SelectedRows, {"campaign": campaign, "where": where}, "python")
+        frame = sorted_by(frame_of(self._shot_rows(selection), listed), sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
+
+    def _shot_rows(self, selection: SelectedRows) -> Sequence[Mapping[str, Any]]:
+        return self.answers.answer(SHOT_LIST, selection, False).rows
+
+    #: A stored quantity against another, coloured by a third: a chart with its numbers and rows.
+    explore: PythonMethod[Explored] = PythonMethod(Exploration, EXPLORE)
 
     @raises_library_errors
     def pulse(self, impact: int) -> ForcePulse:
@@ -203,9 +222,9 @@ class ExperimentStore:
             NotFoundError: For an unknown impact, and for one of which only the figures were
                 ingested.
         """
-        from ..operations.impacts.service import StoredRecording
+        from ..operations.impacts.service import read_recording
 
-        return StoredRecording(self.store, impact)
+        return read_recording(self.store, impact)
 
     # --- datasets and models
 
@@ -214,8 +233,7 @@ class ExperimentStore:
         """A frozen dataset in each row: name, hash, pulses, campaigns."""
         from ..operations.train.stored_datasets import DATASET_LIST
 
-        request = DATASET_LIST.request()
-        listed = answer_of(DATASET_LIST, request, Laboratory(self.store, self.url))
+        listed = self._ask(DATASET_LIST)
         return frame_of(listed.to_json(), ("name", "hash", "pulses", "campaigns"))
 
     @raises_library_errors
@@ -243,16 +261,19 @@ class ExperimentStore:
             InvalidValueError: For a name in use with other content, and for campaigns without a
                 usable pulse.
         """
-        from ...dataset.snapshot import read_snapshot
         from ..operations.train.build_dataset import DATASET_BUILD, DatasetBuilding
         from ..operations.train.service import FrozenDataset
 
         if campaigns is None:
-            return FrozenDataset(read_snapshot(self.store, name))
+            return FrozenDataset(self._snapshot(name))
         values = {"name": name, "campaigns": _names(campaigns), **settings}
         request = read(DatasetBuilding, values, "python")
-        built = answer_of(DATASET_BUILD, request, Laboratory(self.store, self.url)).built
-        return FrozenDataset(built.snapshot)
+        return FrozenDataset(self.answers.answer(DATASET_BUILD, request).built.snapshot)
+
+    def _snapshot(self, name: str) -> Snapshot:
+        from ...dataset.snapshot import read_snapshot
+
+        return read_snapshot(self.store, name)
 
     @raises_library_errors
     def train(
@@ -291,8 +312,7 @@ class ExperimentStore:
 
         name = dataset if isinstance(dataset, str) else dataset.name
         request = read(Training, {"dataset": name, "split": splits, **settings}, "python")
-        laboratory = Laboratory(self.store, self.url, ExecutorConfig(jobs=jobs))
-        return answer_of(TRAIN, request, laboratory, progress)
+        return self.answers.answer(TRAIN, request, progress, executor=ExecutorConfig(jobs=jobs))
 
     @raises_library_errors
     def models(self, *, dataset: str | None = None, split: str | None = None) -> pd.DataFrame:
@@ -349,7 +369,7 @@ class ExperimentStore:
         from ..operations.train.compare import COMPARE, Comparing
 
         request = read(Comparing, {"version": models, **choice}, "python")
-        return answer_of(COMPARE, request, Laboratory(self.store, self.url))
+        return self.answers.answer(COMPARE, request)
 
     @raises_library_errors
     def promote(self, model: str, **settings: Any) -> PromotionDecision:
@@ -372,7 +392,7 @@ class ExperimentStore:
         from ..operations.train.promote import PROMOTE, Promoting
 
         request = read(Promoting, {"model": model, **settings}, "python")
-        return answer_of(PROMOTE, request, Laboratory(self.store, self.url))
+        return self.answers.answer(PROMOTE, request)
 
     # --- twin and diagnosis
 
@@ -398,9 +418,20 @@ class ExperimentStore:
     #: shrinks with it. A campaign of the store keeps its diagnosis.
     if TYPE_CHECKING:
 
+        @overload
         def diagnose(
-            self, campaign: str | os.PathLike[str], *, progress: bool = True, **options: Any
+            self, campaign: str | os.PathLike[str], *, wait: Literal[False], **options: Any
+        ) -> JobHandle[GapDiagnosis]: ...
+        @overload
+        def diagnose(
+            self,
+            campaign: str | os.PathLike[str],
+            *,
+            progress: bool = True,
+            wait: Literal[True] = True,
+            **options: Any,
         ) -> GapDiagnosis: ...
+        def diagnose(self, campaign: Any, **options: Any) -> Any: ...
     else:
         diagnose = PythonMethod(DiagnosisRequest, DIAGNOSE)
 
@@ -419,11 +450,13 @@ class ExperimentStore:
         Raises:
             NotFoundError: For an unknown campaign.
         """
+        return frame_of(self._diagnosis_rows(campaign), ("id", "diagnosed_at", "campaign", "first"))
+
+    def _diagnosis_rows(self, campaign: str | None) -> Sequence[Mapping[str, Any]]:
         from ..operations.diagnose.stored import list_diagnoses
 
         with self.store.reading() as session:
-            rows = list_diagnoses(session, campaign, limit=None)
-            return frame_of(rows, ("id", "diagnosed_at", "campaign", "first"))
+            return list_diagnoses(session, campaign, limit=None)
 
     @raises_library_errors
     def diagnosis(self, number: int) -> GapDiagnosis:
@@ -475,9 +508,7 @@ class ExperimentStore:
         self._ask(DELETE_DIAGNOSIS, diagnosis=number)
 
     def _ask(self, operation: Operation[Any, Answer], **given: Any) -> Answer:
-        request = read(operation.request, given, "python")
-        laboratory = Laboratory(self.store, self.url)
-        return operation.answer(request, laboratory, lambda _done, _total, _what: None)
+        return self.answers.answer(operation, read(operation.request, given, "python"), False)
 
     # --- the store itself
 
@@ -517,6 +548,23 @@ class ExperimentStore:
         return frame_of(self._ask(JOB_LIST, limit=limit).rows, ("id", "state", "label"))
 
     @raises_library_errors
+    def job(self, number: int) -> JobHandle[Result]:
+        """Long work that was asked for: its state, and its result once it is done.
+
+        Parameters:
+            number: Its `id` in `jobs()`.
+
+        Raises:
+            NotFoundError: For a number that the store does not have.
+        """
+        handle: JobHandle[Result] = JobHandle(self._job_source(), number)
+        handle.view  # noqa: B018  an unknown number is told at once
+        return handle
+
+    def _job_source(self) -> JobSource:
+        return LocalJobs(self.store, self.url)
+
+    @raises_library_errors
     def plugins(self) -> pd.DataFrame:
         """Readers, effects and models that other installed packages add, and whether they can be
         used."""
@@ -539,26 +587,6 @@ class ExperimentStore:
 
     def _repr_html_(self) -> str:
         return titled_table(f"experiment store {escape(repr(self)[18:-1])}", self.campaigns())
-
-
-@raises_library_errors
-def open_experiment_store(
-    address: str | os.PathLike[str], *, create: bool = True
-) -> ExperimentStore:
-    """The store at an address.
-
-    Parameters:
-        address: "sqlite:///lab.db", "postgresql+psycopg://USER@HOST/NAME", or the path of an SQLite
-            file.
-        create: Whether an SQLite file that does not exist is made.
-
-    Raises:
-        StorageError: Where the store cannot be opened.
-    """
-    from ... import __version__
-
-    url = os.fspath(address)
-    return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
 
 
 def _names(given: str | Sequence[str]) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from ..common.frames import facts_table, step_bar, with_units
 from ..common.model_registry import models_extra
 from ..doors.python import with_arguments_of
 from ..operations.faults import read_arguments
+from ..operations.predict.described_twin import describe
 from ..operations.predict.predicting import predict_shot
 from ..operations.predict.request import DRAWS, DrawnShot, TwinOptions, effects_of
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
@@ -19,8 +21,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ...schema.session import Store
+    from ...twin.srs.target import Target
+    from ..common.progress import Step
+    from ..operations.predict.batch import ShotRow
     from ..operations.predict.request import EffectsLike
     from ..operations.predict.service import ShotPrediction
+    from ..operations.tune.request import SpectrumSearch
     from ..operations.tune.service import TargetLike, TunedSettings
 
 
@@ -37,28 +43,28 @@ class LaboratoryTwin:
     ) -> None:
         self.built = built
         self.request = request
+        self._described = describe(built)
         self._store, self._url = store, url
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed, and what each stage rests on."""
-        return tuple(argument_names(note) for note in self.built.notes if note)
+        return tuple(argument_names(note) for note in self._described.notes if note)
 
     @property
     def rests_on(self) -> str:
         """What the bands of its predictions rest on, in one sentence."""
-        rests_on = self.built.twin.rests_on
-        return "" if rests_on is None else rests_on.sentence
+        return self._described.rests_on
 
     @property
     def models(self) -> dict[str, str]:
         """Stage -> the model or law that answers there."""
-        return dict(self.built.twin.models)
+        return dict(self._described.models)
 
     @property
     def sensors(self) -> tuple[str, ...]:
         """Names of the sensors on the plate."""
-        return self.built.twin.sensor_names
+        return self._described.sensor_names
 
     @with_arguments_of(DrawnShot)
     @raises_library_errors
@@ -72,11 +78,13 @@ class LaboratoryTwin:
             InvalidValueError: For both `tank_pressure` and `velocity`, a quantity in a wrong unit,
                 and a factor that no stage of the twin uses.
         """
+        return self._predict(read_arguments(DrawnShot, shot))
+
+    def _predict(self, shot: DrawnShot) -> ShotPrediction:
         from ..operations.predict.service import ShotPrediction
 
-        request = read_arguments(DrawnShot, shot)
-        draws, seed = request.draws, request.seed
-        return ShotPrediction(self.built, predict_shot(self.built, request, draws=draws, seed=seed))
+        draws, seed = shot.draws, shot.seed
+        return ShotPrediction(self.built, predict_shot(self.built, shot, draws=draws, seed=seed))
 
     @raises_library_errors
     def predict_many(
@@ -113,23 +121,31 @@ class LaboratoryTwin:
         """
         import pandas as pd
 
-        from ...parallel.executor import ExecutorConfig
-        from ..operations.predict.batch import bench_of_rows, predict_batch
         from ..operations.predict.service import shot_rows
 
         rows = shot_rows(shots)
-        bench, rows, notes = bench_of_rows(
-            self._store, self._twin_of, self.request, rows, draws, seed
-        )
         with step_bar("predicting", "shots", progress) as step:
-            predicted_shots = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
+            figures, notes = self._predict_rows(rows, draws, seed, jobs, step)
         numbers = [
-            {name: value for name, value in shot.figures.items() if name not in row.labels}
-            for shot, row in zip(predicted_shots, rows, strict=True)
+            {name: value for name, value in own.items() if name not in row.labels}
+            for own, row in zip(figures, rows, strict=True)
         ]
         table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
         table.attrs["notes"] = [argument_names(note) for note in notes]
         return table
+
+    def _predict_rows(
+        self, rows: Sequence[ShotRow], draws: int, seed: int, jobs: int, step: Step
+    ) -> tuple[list[dict[str, Any]], Sequence[str]]:
+        """The figures of each row, and what was assumed."""
+        from ...parallel.executor import ExecutorConfig
+        from ..operations.predict.batch import bench_of_rows, predict_batch
+
+        bench, rows, notes = bench_of_rows(
+            self._store, self._twin_of, self.request, rows, draws, seed
+        )
+        predicted = predict_batch(bench, rows, ExecutorConfig(jobs=jobs), step)
+        return [shot.figures for shot in predicted], notes
 
     def _twin_of(self, request: TwinRequest) -> BuiltTwin:
         return self.built if request == self.request else _built(self._store, self._url, request)
@@ -167,11 +183,16 @@ class LaboratoryTwin:
         """
         from ..operations.faults import read
         from ..operations.tune.request import SpectrumSearch
-        from ..operations.tune.service import search_settings, target_of
+        from ..operations.tune.service import target_of
 
         prescribed, request = target_of(target, tolerance), read(SpectrumSearch, search, "python")
+        return self._search(prescribed, request, progress)
+
+    def _search(self, target: Target, search: SpectrumSearch, progress: bool) -> TunedSettings:
+        from ..operations.tune.service import search_settings
+
         with step_bar("tune", "settings", progress) as step:
-            return search_settings(self._store, self._url, prescribed, request, self.request, step)
+            return search_settings(self._store, self._url, target, search, self.request, step)
 
     @raises_library_errors
     def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
@@ -204,7 +225,7 @@ class LaboratoryTwin:
         return facts_table(f"twin of {self._bench()}", self.models) + notes
 
     def _bench(self) -> str:
-        campaign = self.built.bench.campaign
+        campaign = self._described.bench.campaign
         return f"campaign {campaign}" if campaign else "the bench that ships with the software"
 
 

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...doe.plans import list_plans, read_plan
+from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...files.spreadsheet_guard import guarded_frame
 from ...schema.session import Store
 from ..common.errors import raises_library_errors
 from ..common.frames import frame_of
-from ..doors.python import PythonMethod
+from ..doors.python import PythonMethod, StoreAnswers
 from ..operations.diagnose.plan_next_runs import DISCRIMINATE, NextRunsRequest
 from ..operations.plan.make import PLAN, REQUESTS
 from ..operations.plan.service import PlannedDesign
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ..doors.python import Answers, BoundMethod
 
 
 class PlanCollection:
@@ -34,12 +36,16 @@ class PlanCollection:
 
     def __init__(self, store: Store, url: str) -> None:
         self.store, self.url = store, url
+        self.answers: Answers = StoreAnswers(store, url)
 
     @raises_library_errors
     def list(self) -> pd.DataFrame:
         """A row for each plan, with its method and its counts of runs by state."""
+        return frame_of(self._rows(), ("name", "kind", "method", "seed", "runs"))
+
+    def _rows(self) -> Sequence[Mapping[str, Any]]:
         with self.store.reading() as session:
-            return frame_of(list_plans(session), ("name", "kind", "method", "seed", "runs"))
+            return list_plans(session)
 
     @raises_library_errors
     def open(self, name: str) -> PlannedDesign:
@@ -51,8 +57,11 @@ class PlanCollection:
         Raises:
             NotFoundError: For an unknown plan; the message names those there are.
         """
+        return PlannedDesign(self._plan(name))
+
+    def _plan(self, name: str) -> StoredPlan:
         with self.store.reading() as session:
-            return PlannedDesign(read_plan(session, name))
+            return read_plan(session, name)
 
     def from_table(
         self, name: str, *, table: str | os.PathLike[str] | pd.DataFrame, **settings: Any
@@ -84,7 +93,7 @@ class PlanCollection:
 
     if TYPE_CHECKING:
 
-        def __getattr__(self, name: str) -> Callable[..., PlannedDesign]: ...
+        def __getattr__(self, name: str) -> BoundMethod[PlannedDesign]: ...
 
 
 _METHODS: dict[str, PythonMethod[PlannedDesign]] = {

@@ -7,12 +7,14 @@ from __future__ import annotations
 SECTIONS: dict[str, dict[str, str]] = {
     "Recordings": {
         "init": "Make an empty store.",
-        "campaigns": "List the campaigns; begin, show, delete, archive or restore one.",
+        "campaigns": "List the campaigns; describe, show, correct, archive or delete one.",
         "ingest": "Read campaign folders into the store.",
-        "runs": "List the recordings of a campaign; show, discard or replace one.",
+        "runs": "List the recordings of a campaign; show, discard, restore or replace one.",
         "impacts": "List impacts with their figures; show, delete or compare some.",
         "shots": "List the shots of the gun beside the velocity of the model.",
         "show": "Show one impact, and draw its record and pulse.",
+        "explore": "Draw any stored quantity against any other, coloured by a third.",
+        "views": "List the saved views of `explore`; show, save, rename or delete one.",
         "srs": "Compute the shock response spectrum of any recording.",
         "extract": "Extract the pulses of a campaign again with other settings.",
         "calibrate": "Compute sensitivity and offset of a transducer.",
@@ -44,13 +46,22 @@ SECTIONS: dict[str, dict[str, str]] = {
     "Reports and files": {
         "report": "Write a campaign, a diagnosis or a model as one page or PDF.",
         "export": "Write impacts, shots, pulses or series to a file.",
+        "search": "Find campaigns, models, notes and all else by words.",
         "query": "Ask the store a question in SQL.",
+    },
+    "People": {
+        "users": "List the people who sign in; add, change or remove one.",
+        "notes": "List the notes; write, change or withdraw one.",
+        "tags": "List the tags; put one on something, or take it off.",
+        "filters": "List the saved filters of lists; save or delete one.",
+        "audit": "List who has changed what.",
     },
     "Operation": {
         "serve": "Start the web application.",
         "work": "Do the long work that was asked for.",
         "jobs": "List the long work; show, stop or delete a job.",
         "db": "Check, copy and upgrade a store; carry campaigns.",
+        "home": "List the pictures of the first page; choose and order them.",
         "plugins": "List the readers, effects and models that other packages add.",
         "demo": "Show the product in five chapters.",
     },
@@ -81,6 +92,14 @@ NOUNS = {
     "pyroshock models --promotions",
     "diagnoses": "pyroshock diagnoses\npyroshock diagnoses show 1",
     "jobs": "pyroshock jobs --last 50",
+    "home": "pyroshock home\npyroshock home arrange --pictures runs-by-plan",
+    "views": "pyroshock views\npyroshock views show force-by-velocity",
+    "notes": 'pyroshock notes add campaign rehearsal --text "retightened on day 2"\n'
+    "pyroshock notes",
+    "tags": "pyroshock tags add impact 1 doubtful\npyroshock impacts --where tag=doubtful",
+    "filters": 'pyroshock filters save hard-hits "/impacts?where=peak_force_n>1000"\n'
+    "pyroshock filters",
+    "users": "pyroshock users add anna --role engineer\npyroshock users",
     "db": "pyroshock db check --fast",
 }
 #: Noun -> the command that takes a word which is none: `models gp@1` is `models show gp@1`.

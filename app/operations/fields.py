@@ -39,7 +39,8 @@ class Presentation:
     that the option takes all words behind it, `pair` that it takes a name and its value as two
     words, also with one letter before them, `several` that the command takes several values and
     works on one after the other, `unit` is the SI unit of its number, `lines` a form's height for a
-    text of several, `label` its words in a form."""
+    text of several, `label` its words in a form, `secret` a word that is neither shown nor kept:
+    the command line asks for it."""
 
     positional: bool = False
     metavar: str = ""
@@ -52,6 +53,7 @@ class Presentation:
     several: bool = False
     words: bool = False
     pair: bool = False
+    secret: bool = False
 
 
 def request_field(

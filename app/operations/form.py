@@ -25,8 +25,9 @@ UNTICKED = "false"
 class Control:
     """A control of a form, ready for a template.
 
-    `kind` is checkbox, select, lines (a text of several lines), file, number or text; `choices` are
-    the values of a select or the suggestions of a text; `limits` are attributes of HTML.
+    `kind` is checkbox, select, lines (a text of several lines), file, number, password or text;
+    `choices` are the values of a select or the suggestions of a text; `limits` are attributes of
+    HTML.
     """
 
     name: str
@@ -101,7 +102,7 @@ def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[s
         name,
         label,
         field.description or "",
-        _control_kind(kind, shown.lines, bool(shown.unit)),
+        "password" if shown.secret else _control_kind(kind, shown.lines, bool(shown.unit)),
         value if value is not None else default,
         field.is_required(),
         tuple(choices) or (tuple(map(str, get_args(kind))) if get_origin(kind) is Literal else ()),

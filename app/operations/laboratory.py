@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...parallel.executor import ExecutorConfig
+from ...schema.person_roles import Person, system_person
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -33,6 +34,14 @@ class Laboratory:
     tell: Callable[[str], None] = lambda _: None
     #: Those that stay ready between requests, where some do.
     twins: TwinCache | None = None
+
+    @property
+    def person(self) -> Person:
+        """Who asks: the person that the store's writer speaks for, else whoever runs this process,
+        who may do what the store lets them do."""
+        # An operation that opens the store itself, as an upgrade does, is given none.
+        writer = getattr(self.store, "writer", None)
+        return system_person() if writer is None else writer.person or system_person()
 
     def twin(self, request: TwinRequest) -> BuiltTwin:
         """The twin that is asked for. Raises as `twins.building.twin_of`."""

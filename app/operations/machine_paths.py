@@ -31,7 +31,8 @@ class PathError(ValueError):
 
 class MachinePath(BaseModel):
     """A folder or file of this machine; `scratch` is the folder of the upload that it lies in,
-    which goes once the work is over."""
+    which goes once the work is over. `form` is the job whose form wrote the folder's campaign.toml:
+    its files stay for a correction."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -40,6 +41,7 @@ class MachinePath(BaseModel):
 
     path: Path
     scratch: Path | None = None
+    form: int | None = None
 
     def __str__(self) -> str:
         return str(self.path)
@@ -63,9 +65,9 @@ class MachinePath(BaseModel):
         return path
 
 
-def confined(path: str, roots: Sequence[Path]) -> Path:
+def confined(path: str, roots: Sequence[Path], *, described: bool = True) -> Path:
     """The folder behind a path, links followed, if it lies below one of `roots` and holds a
-    campaign.
+    campaign; one that is not `described` need not have a campaign.toml.
 
     Raises `PathError` otherwise, in the same words whether or not there is something outside.
     """
@@ -83,10 +85,23 @@ def confined(path: str, roots: Sequence[Path]) -> Path:
             ).resolve()  # a path that begins at the root of the disk stands for itself
         except (OSError, RuntimeError):
             continue
-        if resolved.is_relative_to(root) and (resolved / CARD).is_file():
+        if not resolved.is_relative_to(root) or not resolved.is_dir():
+            continue
+        if not described or (resolved / CARD).is_file():
             return resolved
-    root_names = ", ".join(str(root) for root in roots)
-    raise PathError(f"{path!r} is no campaign folder (one with a {CARD}) below {root_names}")
+    # the last part alone: where the server keeps its folders is nobody's business
+    root_names = ", ".join(root.name or "the disk" for root in roots)
+    kind = f"campaign folder (one with a {CARD})" if described else "folder"
+    raise PathError(f"{path!r} is no {kind} below {root_names}")
+
+
+def shown_path(path: str, roots: Sequence[Path]) -> str:
+    """A path as a page shows it and `confined` takes it: relative to the folder below which it
+    lies; of any other, its last part."""
+    for root in (root_path.resolve() for root_path in roots):
+        if Path(path).is_relative_to(root):
+            return Path(path).relative_to(root).as_posix()
+    return Path(path).name
 
 
 def campaigns_below(roots: Sequence[Path]) -> list[str]:
@@ -117,7 +132,7 @@ def _walked(folder: Path, depth: int) -> Iterator[Path]:
             yield from _walked(child, depth - 1)
 
 
-def _path_of(value: Any, info: ValidationInfo) -> Any:
+def _path_of(value: Any, info: ValidationInfo, *, described: bool = True) -> Any:
     source, name = source_of(info), str(info.field_name)
     if isinstance(value, MachinePath) or value is None:
         return value
@@ -128,7 +143,8 @@ def _path_of(value: Any, info: ValidationInfo) -> Any:
     if source != "network":
         return MachinePath(path=Path(value))
     try:
-        return MachinePath(path=confined(str(value), (info.context or {}).get("folders", ())))
+        roots = (info.context or {}).get("folders", ())
+        return MachinePath(path=confined(str(value), roots, described=described))
     except PathError as error:
         raise ValueError(f"{name}: {error}") from error
 
@@ -136,6 +152,18 @@ def _path_of(value: Any, info: ValidationInfo) -> Any:
 #: A campaign folder.
 CampaignFolder = Annotated[
     MachinePath, BeforeValidator(_path_of), WithJsonSchema({"type": "string", "maxLength": 4000})
+]
+
+
+def _recordings_of(value: Any, info: ValidationInfo) -> Any:
+    return _path_of(value, info, described=False)
+
+
+#: A folder of recordings, which need not have a campaign.toml yet.
+RecordingFolder = Annotated[
+    MachinePath,
+    BeforeValidator(_recordings_of),
+    WithJsonSchema({"type": "string", "maxLength": 4000}),
 ]
 
 

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 from typing_extensions import TypeVar
 
+from ...schema.person_roles import ADMINISTRATOR, OPERATOR, READER
 from ..common.number_format import finite
 
 if TYPE_CHECKING:
+    from ...schema.person_roles import Person
     from ..figures.figure import Figure
     from .laboratory import Laboratory
     from .sentence import Sentence
@@ -334,6 +336,15 @@ class Operation(Generic[Asked, Answer]):
     long: bool = False
     #: What the steps of its progress are, such as "shots"; empty: it tells itself how far it is.
     steps: str = "steps"
+    #: The role that a person needs who asks for it through a door that serves others; empty: by
+    #: what it does (`needed_role`).
+    role: str = ""
+    #: Changes files, or the registry of models, and perhaps nothing in the store: it has its row of
+    #: the audit trail all the same.
+    changes_elsewhere: bool = False
+    #: Leaves no row of the audit trail: it changes nothing that stays, or each piece of its work
+    #: has rows of its own, as the jobs of a worker have.
+    unrecorded: bool = False
     creates_store: bool = False
     #: Works without a store, too: an empty one stands for it, and is gone afterwards.
     needs_store: bool = True
@@ -380,19 +391,47 @@ class Operation(Generic[Asked, Answer]):
         """The words of its command."""
         return self.command or (self.name,)
 
+    @property
+    def needed_role(self) -> str:
+        """The role that a person needs: a reader reads, an administrator deletes, an operator does
+        what is not said to be another's."""
+        if self.role:
+            return self.role
+        if not self.changes:
+            return READER
+        return OPERATOR if self.deletes is None else ADMINISTRATOR
+
+    @property
+    def changes(self) -> bool:
+        """Whether it can change something: its answer is kept, and it is asked for to be kept."""
+        reads = self.listing or self.streams or self.answered_here or self.unrecorded
+        return self.changes_elsewhere or not (reads or (self.route or ("",))[0] == "GET")
+
+    def check_role(self, person: Person) -> None:
+        """Refuse a person whose role may not ask for it.
+
+        Raises:
+            RoleNeededError: It names the role that is needed and who can give it.
+        """
+        person.check_may(self.needed_role, f"the operation {self.name}")
+
     def title(self, request: Asked) -> str:
         """What a list of jobs and a progress bar call a request: "Plan spring"."""
         return f"{' '.join(self.words).capitalize()} {self.label(request)}".strip()
 
     def answer(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
-        """The answer, with everything stored; of a request with a field `dry_run` that is true,
-        with nothing stored."""
+        """The answer, with everything stored, and who asked for it; of a request with a field
+        `dry_run` that is true, with nothing stored. Raises `RoleNeededError`."""
+        from .change_record import recorded
+
+        self.check_role(laboratory.person)
         if getattr(request, "dry_run", False):
             from ...schema.rehearsal import run_rehearsal
 
             with run_rehearsal(laboratory.store) as store:
                 return self._answered(request, replace(laboratory, store=store), progress)
-        return self._answered(request, laboratory, progress)
+        with recorded(self, request, laboratory):
+            return self._answered(request, laboratory, progress)
 
     def _answered(self, request: Asked, laboratory: Laboratory, progress: Progress) -> Answer:
         made = self.run(request, laboratory, progress)

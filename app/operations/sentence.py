@@ -12,7 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..common.number_format import error_percent, number, percent, percent_range, times
+from ..common.number_format import (
+    error_percent,
+    number,
+    percent,
+    percent_range,
+    percentage_points,
+    times,
+)
 from ..common.quantities import cell, display_of
 
 #: From this probability of chance on, a difference is not called one.
@@ -25,12 +32,15 @@ class Number:
 
     `kind` "share" is a probability or a part of a whole, shown in whole per cent; "part" an error
     as a part of its value, with a decimal; "error" a relative error, in per cent with three digits;
-    "count" a whole number, "ratio" how many times, "size" a number without a unit.
+    "points" a difference of two relative errors, in percentage points; "count" a whole number,
+    "ratio" how many times, "size" a number without a unit.
     """
 
     key: str
     value: float
-    kind: Literal["quantity", "share", "part", "error", "count", "ratio", "size"] = "quantity"
+    kind: Literal["quantity", "share", "part", "error", "points", "count", "ratio", "size"] = (
+        "quantity"
+    )
 
     @property
     def cell(self) -> str:
@@ -42,6 +52,8 @@ class Number:
                 return f"{100 * self.value:.1f} %"
             case "error":
                 return error_percent(self.value)
+            case "points":
+                return percentage_points(self.value)
             case "ratio":
                 return times(self.value)
             case "size":

@@ -5,18 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, RedirectResponse, Response
 
-from ...schema.provenance import Tombstone
+from ...schema.provenance import RECORDING, Tombstone
 from ...schema.session import Store
 from ..jobs.queue import JobView
 from ..operations.faults import FieldError, read
 from ..operations.ingest.archiving import kept_archive
 from ..operations.ingest.campaigns import RESTORE, CampaignReturn
+from ..operations.ingest.discarded import can_restore, restore_recording
 from ..operations.ingest.removal import list_tombstones, standing_on
 from ..operations.ingest.removed import standing_lines
 from ..operations.laboratory import Laboratory
@@ -24,7 +25,8 @@ from ..operations.machine_paths import MachinePath
 from ..operations.upload_folders import discard, make_scratch
 from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Running
 from ..web.jobs import Jobs, ask_operation, followed
-from ..web.rendering import page
+from ..web.rendering import page, part
+from ..web.role_needs import role_of
 from ..web.uploads import UploadError, copy_file
 
 router = APIRouter()
@@ -49,6 +51,8 @@ def _line(stone: dict[str, Any], db: str) -> dict[str, Any]:
     return {
         **stone,
         "lines": standing_lines(stone),
+        "archive_name": Path(stone["archive_path"] or "").name,
+        "recording_kept": can_restore(db, stone),
         "file": stone["restored_at"] is None
         and kept_archive(db, stone["archive_path"]) is not None,
     }
@@ -63,9 +67,15 @@ def archived_file(stone: Key, store: OpenStore, settings: Configured) -> Respons
     )
 
 
-@router.post("/deleted/{stone}/restore")
+@router.post("/deleted/{stone}/restore", dependencies=[Depends(role_of(RESTORE))])
 def restore(stone: Key, laboratory: InLaboratory, jobs: Running) -> Response:
-    """Bring an archived campaign back from the file of this machine."""
+    """Bring an archived campaign, or a discarded recording, back from the file of this machine."""
+    with laboratory.store.reading() as session:
+        row = session.get(Tombstone, stone)
+        is_recording = row is not None and row.kind == RECORDING
+    if is_recording:
+        restored = restore_recording(laboratory.store, laboratory.db, stone)
+        return RedirectResponse(f"/campaigns/{part(restored['campaign'])}", 303)
     _campaign, file = _archive_of(laboratory.store, laboratory.db, stone)
     return followed(_asked(MachinePath(path=file), laboratory, jobs))
 
@@ -88,7 +98,7 @@ def _archive_of(store: Store, db: str, key: int) -> tuple[str, Path]:
     return campaign, file
 
 
-@router.post("/ingest/restore")
+@router.post("/ingest/restore", dependencies=[Depends(role_of(RESTORE))])
 async def restore_upload(
     request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:

@@ -4,17 +4,24 @@ charts."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter, Depends, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import get_campaign_id
+from ...schema.corrected_facts import list_corrections
 from ...schema.known_facts import facts_from_json
 from ..common.quantities import display_of, velocities_of, velocity_with_uncertainty
 from ..figures.figure import DIMENSIONLESS, Plot, PlotAxis, PointSeries, as_floats, equal_line
-from ..operations.ingest.campaign_overview import KINDS, campaign_overview, list_campaigns_page
+from ..operations.ingest.campaign_overview import (
+    KINDS,
+    campaign_overview,
+    list_campaigns_page,
+    missing_facts_of,
+)
+from ..operations.ingest.discarded import can_restore
 from ..operations.ingest.planned_achieved import (
     bench_facts,
     constant_settings,
@@ -22,8 +29,9 @@ from ..operations.ingest.planned_achieved import (
     several_levels,
 )
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
+from ..operations.ingest.removal import list_tombstones
 from ..operations.plan.figures import coverage_figure
-from ..web.dependencies import Name, OpenStore
+from ..web.dependencies import Configured, Name, OpenStore
 from ..web.page_sources import THE_STORE
 from ..web.rendering import page, query
 
@@ -88,11 +96,20 @@ def campaigns(
 
 
 @router.get("/campaigns/{name}", dependencies=[Depends(THE_STORE)])
-def campaign(request: Request, name: Name, store: OpenStore) -> Response:
+def campaign(
+    request: Request,
+    name: Name,
+    store: OpenStore,
+    settings: Configured,
+    discarded: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
+) -> Response:
     with store.reading() as session:
         overview = campaign_overview(session, name)
         key = get_campaign_id(session, name)
         quality = recording_quality(session, [key])[key]
+        missing = missing_facts_of(session, name)
+        corrections = list_corrections(session, [name])
+        stones = list_tombstones(session, name) if discarded else []
         findings = list_finding_rows(session, key, overview["findings"])
     levels, achieved = overview["levels"], overview["achieved"]
     several = several_levels(levels)
@@ -114,6 +131,9 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
             "campaign.html",
             **shown,
             quality_words=quality.sentence,
+            missing=missing,
+            discarded=_discarded(stones, settings.db, discarded),
+            corrections=corrections,
             poor=bool(quality.rejected or quality.set_aside),
             coverage={factor: coverage_figure(levels, factor) for factor in factors},
             achieved_figures={
@@ -126,6 +146,12 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
                 (fact.name, fact.words) for fact in facts_from_json(overview["campaign"]["known"])
             ],
         )
+
+
+def _discarded(stones: Sequence[dict[str, Any]], db: str, key: int) -> dict[str, Any] | None:
+    """The recording of the campaign that was discarded just now, while it can be brought back."""
+    stone = next((item for item in stones if item["id"] == key), None)
+    return stone if stone is not None and can_restore(db, stone) else None
 
 
 #: What the table of the first impacts has beside the factors that change.

@@ -14,6 +14,7 @@ from starlette.responses import RedirectResponse, Response
 from ...dataset.catalog import list_snapshots, list_withdrawals
 from ...dataset.snapshot import SnapshotError, raw_files, read_snapshot
 from ...schema.campaigns import Campaign
+from ...schema.corrected_facts import corrections_since_dataset
 from ...schema.impacts import DatasetSnapshot, Impact, Pulse, SnapshotPulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
@@ -122,6 +123,7 @@ def dataset(
         )
         models = [] if registry is None else version_rows(registry, versions)
     with store.reading() as session:
+        corrected = corrections_since_dataset(session, row["name"])
         newer = newer_pulses(session, row["hash"], row["campaigns"] or [])
         files = [] if snapshot is None else raw_files(session, snapshot)
     return page(
@@ -129,6 +131,7 @@ def dataset(
         "dataset.html",
         row=row,
         existing=existing,
+        corrected=corrected,
         fault=fault,
         facts=None if snapshot is None else snapshot_as_json(snapshot),
         ranges=[] if snapshot is None else range_rows(snapshot),

@@ -1,9 +1,10 @@
-"""The first page: four pictures of the laboratory, what needs attention, what runs, what was
-recorded lately; of an empty store, the first steps."""
+"""The first page: pictures of the laboratory, which it chooses itself; what needs attention, what
+runs, what was recorded lately; of an empty store, the first steps."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,11 @@ from starlette.responses import Response
 from ..common.errors import is_for_the_user
 from ..common.model_registry import models_extra, registry_at
 from ..figures.figure import Plot
+from ..operations.explore.explore import EXPLORE
+from ..operations.explore.request import Exploration
+from ..operations.explore.views import view_address
+from ..operations.home.pictures import MOST, PICTURES, VIEW, list_choices, list_chosen
+from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, OpenStore
 from ..web.rendering import page
 from .home_figures import gaps_plot, model_plot, plans_plot, recordings_plot
@@ -33,7 +39,8 @@ def home(request: Request, store: OpenStore, settings: Configured) -> Response:
         campaigns = list_recent_campaigns(session)
         attention = list_attention(session, versions)
         running = list_running(session)
-        pictures = _pictures(session, versions)
+        chosen, choices = list_chosen(session), list_choices(session)
+        pictures = _pictures(session, Laboratory(store, settings.db), chosen, versions)
     if registry_fault:
         sentence = f"The registry of models cannot be read: {registry_fault}"
         attention.insert(0, AttentionItem(sentence, "/models", "See the models", True))
@@ -44,6 +51,9 @@ def home(request: Request, store: OpenStore, settings: Configured) -> Response:
         attention=attention,
         running=running,
         pictures=pictures,
+        chosen=chosen,
+        choices=choices,
+        most=MOST,
     )
 
 
@@ -60,42 +70,52 @@ class HomePicture:
     nothing: str
 
 
-def _pictures(session: Session, versions: Sequence[Version]) -> list[HomePicture]:
+#: Usual picture -> the page that says more, its name, and what is said where nothing is to draw.
+_USUAL = {
+    "recordings-by-day": ("/campaigns", "All campaigns", "No campaign has recordings yet."),
+    "models-in-use": (
+        "/models",
+        "All models",
+        "No model is in use: predictions rest on the contact law.",
+    ),
+    "errors-by-campaign": ("/diagnoses", "All diagnoses", "No campaign was diagnosed yet."),
+    "runs-by-plan": ("/plans", "All plans", "There is no plan yet."),
+}
+
+
+def _pictures(
+    session: Session, laboratory: Laboratory, chosen: Sequence[str], versions: Sequence[Version]
+) -> list[HomePicture]:
+    """The chosen pictures in their order."""
+    plots: dict[str, Callable[[], Plot | None]] = {
+        "recordings-by-day": lambda: recordings_plot(session),
+        "models-in-use": lambda: model_plot(versions),
+        "errors-by-campaign": lambda: gaps_plot(session),
+        "runs-by-plan": lambda: plans_plot(session),
+    }
     return [
-        HomePicture(
-            "recordings-by-day",
-            recordings_plot(session),
-            "Recordings of the newest days, by the worst finding of the quality checks",
-            "/campaigns",
-            "All campaigns",
-            "No campaign has recordings yet.",
-        ),
-        HomePicture(
-            "models-in-use",
-            model_plot(versions),
-            "Force error of the model in use and of its versions on the same pulses, with 90 % "
-            "intervals",
-            "/models",
-            "All models",
-            "No model is in use: predictions rest on the contact law.",
-        ),
-        HomePicture(
-            "errors-by-campaign",
-            gaps_plot(session),
-            "Error of the twin on each campaign, by its newest diagnosis",
-            "/diagnoses",
-            "All diagnoses",
-            "No campaign was diagnosed yet.",
-        ),
-        HomePicture(
-            "runs-by-plan",
-            plans_plot(session),
-            "Runs of each plan, unfinished plans first",
-            "/plans",
-            "All plans",
-            "There is no plan yet.",
-        ),
+        HomePicture(picture, plots[picture](), PICTURES[picture], *_USUAL[picture])
+        if picture in plots
+        else _view_picture(laboratory, picture.removeprefix(VIEW))
+        for picture in chosen
     ]
+
+
+def _view_picture(laboratory: Laboratory, name: str) -> HomePicture:
+    """A saved view, whose rows may be gone since it was saved."""
+    plot, nothing = None, "The view has no rows to draw."
+    try:
+        figure = EXPLORE.answer(Exploration(view=name), laboratory, lambda *_: None).figure()
+    except (LookupError, ValueError) as error:
+        # its campaign was deleted, or another version stored it: the page says so in its place
+        nothing = f"The view cannot be drawn: {error}"
+    else:
+        plot = figure if isinstance(figure, Plot) else None
+        if figure is not None and plot is None:
+            nothing = "The view has several charts, which its page shows."
+    address = view_address(name)
+    key = hashlib.sha256(name.encode()).hexdigest()[:12]
+    return HomePicture(f"view-{key}", plot, f"View {name}", address, f"Open {name}", nothing)
 
 
 def _versions(db: str) -> tuple[list[Version], str]:

@@ -13,7 +13,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...doe.plans import list_plans
-from ...schema.campaigns import Campaign
+from ...schema.campaigns import UNKNOWN_DATE, Campaign
 from ...schema.diagnoses import Diagnosis
 from ..common.number_format import format_number
 from ..figures.figure import BarSeries, ColourRole, Plot, PlotAxis, PointSeries, as_floats
@@ -38,6 +38,7 @@ def recordings_plot(session: Session) -> Plot | None:
     for its own day. None without recordings."""
     newest = (
         select(Campaign.id, Campaign.date)
+        .where(Campaign.date != UNKNOWN_DATE)
         .order_by(Campaign.date.desc(), Campaign.id.desc())
         .limit(_CAMPAIGNS)
     )

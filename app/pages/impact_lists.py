@@ -13,6 +13,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...dataset.snapshot import build_snapshot
+from ...files.delimited_text import parse_number
 from ...schema.campaigns import Campaign
 from ...schema.conditions import QUALITIES, QUALITY, list_campaign_names
 from ...schema.impacts import Impact
@@ -25,17 +26,21 @@ from ...schema.listings import (
     list_shots_page,
     list_thumbnails,
 )
+from ...schema.person_roles import READER
 from ..common.filters import parse_where
 from ..common.nominal_velocity import with_predictions
-from ..common.quantities import cell, heading, velocities_of, velocity_with_uncertainty
+from ..common.quantities import cell, display_of, heading, velocities_of, velocity_with_uncertainty
 from ..operations.faults import FieldError
 from ..operations.impacts.listing import ImpactRows
+from ..operations.train.build_dataset import DATASET_BUILD
 from ..web.dependencies import OpenStore, Text
 from ..web.forms import status_of_fault
 from ..web.page_sources import THE_STORE
 from ..web.rendering import page, part, query
+from ..web.role_needs import NeedsRole, role_of
 
 router = APIRouter()
+_READS = NeedsRole(READER, "the comparison of impacts")
 PAGE = 100
 #: Impacts of a filter that are counted; of more it is said that they are more.
 COUNTED = 100_000
@@ -50,6 +55,12 @@ MAIN = ("id", "quality", "peak_force_n", "contact_time_s")
 _WIDTH, _HEIGHT = 76.0, 24.0
 
 
+#: Choices of a select; of more, a value is typed and the choices are suggested.
+MOST_OPTIONS = 12
+#: Before the name of a factor whose value is typed.
+TYPED = "level."
+
+
 @dataclass(frozen=True)
 class Menu:
     """The choices of one factor, or of the quality: conditions of the address and the words of
@@ -58,6 +69,17 @@ class Menu:
     label: str
     options: tuple[tuple[str, str], ...]
     chosen: str
+    key: str = ""
+
+    @property
+    def typed(self) -> str:
+        """The words of what was chosen, for a field in which one types."""
+        return next((words for text, words in self.options if text == self.chosen), "")
+
+    @property
+    def is_long(self) -> bool:
+        """Whether there are too many choices for a select: they are suggestions of a field then."""
+        return len(self.options) > MOST_OPTIONS
 
 
 @router.get("/impacts", dependencies=[Depends(THE_STORE)])
@@ -79,6 +101,7 @@ def impacts(
     address = {"campaign": campaign, "where": where, "sort": sort, "columns": columns}
     with store.reading() as session:
         campaigns, levels = list_campaign_names(session), list_levels(session)
+        where += _typed_conditions(levels, request.query_params)
         try:
             conditions = parse_where(tuple(where))
             if sort:
@@ -170,9 +193,36 @@ def _menus(levels: Mapping[str, Sequence[float | str]], where: Sequence[str]) ->
     for key, values in levels.items():
         choices[key] = [(f"{key}={value}", cell(key, value)) for value in values]
     return [
-        Menu(heading(key), tuple(options), next((text for text, _ in options if text in where), ""))
+        Menu(
+            heading(key),
+            tuple(options),
+            next((text for text, _ in options if text in where), ""),
+            key,
+        )
         for key, options in choices.items()
     ]
+
+
+def _typed_conditions(
+    levels: Mapping[str, Sequence[float | str]], sent: Mapping[str, str]
+) -> list[str]:
+    """Conditions of values that were typed into the field of a factor: one of its levels as a page
+    shows it, or another value in the unit of the page."""
+    conditions = []
+    for key, values in levels.items():
+        text = sent.get(f"{TYPED}{key}", "").strip()
+        if text:
+            level = next((value for value in values if cell(key, value) == text), None)
+            conditions.append(f"{key}={_in_si(key, text) if level is None else level}")
+    return conditions
+
+
+def _in_si(key: str, text: str) -> float | str:
+    """A number in the unit of the page as one in SI; a word as it is."""
+    try:
+        return float(f"{parse_number(text) / display_of(key).scale:.12g}")
+    except ValueError:
+        return text
 
 
 def thumbnail_points(forces_n: Sequence[float]) -> str:
@@ -234,13 +284,13 @@ def _shot_row(shot: Mapping[str, Any], impact: int | None) -> dict[str, Any]:
 Ticked = Annotated[list[int], Form(max_length=PAGE)]
 
 
-@router.post("/impacts/compare")
+@router.post("/impacts/compare", dependencies=[Depends(_READS)])
 def compareticked(impact: Ticked = []) -> Response:  # noqa: B006
     """On to the spectra and pulses of the impacts that are ticked."""
     return RedirectResponse(f"/compare/spectra?impacts={','.join(map(str, ticked(impact)))}", 303)
 
 
-@router.post("/impacts/dataset")
+@router.post("/impacts/dataset", dependencies=[Depends(role_of(DATASET_BUILD))])
 def freezeticked(
     store: OpenStore,
     impact: Ticked = [],  # noqa: B006

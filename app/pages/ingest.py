@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
@@ -20,12 +20,20 @@ from ..operations.form import controls
 from ..operations.ingest.folder import CHECK, INGEST
 from ..operations.ingest.request import FolderIngest, FolderReading
 from ..operations.laboratory import Laboratory
-from ..operations.machine_paths import MachinePath, campaigns_below, confined, scratches_of
+from ..operations.machine_paths import (
+    MachinePath,
+    campaigns_below,
+    confined,
+    scratches_of,
+    shown_path,
+)
 from ..operations.operation import same_fields
 from ..operations.upload_folders import discard, take_checked
 from ..web.dependencies import Configured, InLaboratory, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
+from ..web.page_words import in_page_words
 from ..web.rendering import page
+from ..web.role_needs import role_of
 from ..web.uploads import asked_of_upload
 
 router = APIRouter()
@@ -36,20 +44,23 @@ _MOST_PLANS = 200
 
 
 @router.get("/ingest")
-def ingest(request: Request, store: OpenStore, settings: Configured) -> Response:
+def ingest(request: Request, store: OpenStore, settings: Configured, plan: str = "") -> Response:
     with store.reading() as session:
         plans = session.scalars(select(Plan.name).order_by(Plan.id.desc()).limit(_MOST_PLANS)).all()
     return page(
         request,
         "ingest.html",
-        folders=campaigns_below(settings.folders),
-        roots=[str(root) for root in settings.folders],
+        folders=[shown_path(path, settings.folders) for path in campaigns_below(settings.folders)],
+        roots=[root.resolve().name for root in settings.folders],
         most_bytes=settings.max_upload_bytes,
-        controls=controls(INGEST, names=_CONTROLS, suggestions={"plan": plans}),
+        controls=controls(
+            INGEST, {"plan": plan} if plan else {}, names=_CONTROLS, suggestions={"plan": plans}
+        ),
+        plan=plan,
     )
 
 
-@router.post("/ingest/upload")
+@router.post("/ingest/upload", dependencies=[Depends(role_of(INGEST))])
 async def by_upload(
     request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> Response:
@@ -58,7 +69,9 @@ async def by_upload(
 
 
 @router.get("/ingest/checks/{job}")
-def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Response:
+def checked(
+    request: Request, job: Key, store: OpenStore, jobs: Running, settings: Configured
+) -> Response:
     """A dry run: how far it is, then what would be stored and what is wrong."""
     job_row, checked_path = jobs.get(job), _asked(store, job).path
     scratch = checked_path.scratch
@@ -70,16 +83,22 @@ def checked(request: Request, job: Key, store: OpenStore, jobs: Running) -> Resp
         job=job_row,
         ended=job_row.ended,
         folder=checked_path.path.name,
-        place=str(checked_path) if scratch is None else "",
+        place=checked_path.path.name if scratch is None else "",
         result=result,
         kept=scratch is None or scratch.is_dir(),
-        faults=faults_by_file(result["faults"]) if result else {},
+        faults=faults_by_file(
+            [in_page_words(fault, settings.folders) for fault in result["faults"]]
+        )
+        if result
+        else {},
         findings=findings_by_check(report.get("findings", ())),
         set_aside=report.get("set_aside", []),
+        form_job=checked_path.form,
+        written=sorted((result or {}).get("written") or {}),
     )
 
 
-@router.post("/ingest/checks/{job}/store")
+@router.post("/ingest/checks/{job}/store", dependencies=[Depends(role_of(INGEST))])
 def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configured) -> Response:
     """Store what was checked, with the same settings."""
     checked_request, job_row = _asked(store, job), jobs.get(job)
@@ -96,7 +115,7 @@ def store_checked(job: Key, store: OpenStore, jobs: Running, settings: Configure
     return followed(ask_operation(INGEST, read(FolderIngest, values, "stored"), laboratory, jobs))
 
 
-@router.post("/ingest/checks/{job}/discard")
+@router.post("/ingest/checks/{job}/discard", dependencies=[Depends(role_of(INGEST))])
 def discard_checked(job: Key, store: OpenStore) -> Response:
     """Remove an upload that nobody wants to store; a folder that was named by its path stays as it
     is."""
@@ -119,7 +138,7 @@ def faults_by_file(faults: Sequence[str]) -> dict[str, list[str]]:
     grouped: dict[str, list[str]] = {}
     for fault in faults:
         file, colon, words = fault.partition(": ")
-        grouped.setdefault(file if colon else "the folder", []).append(words if colon else fault)
+        grouped.setdefault((colon and file) or "the folder", []).append(words if colon else fault)
     return grouped
 
 
@@ -135,7 +154,7 @@ def findings_by_check(findings: Sequence[dict[str, Any]]) -> list[dict[str, Any]
             "check": key[1],
             "findings": 0,
             "recordings": [],
-            "message": finding["message"],
+            "message": in_page_words(finding["message"]),
         }
         row = rows.setdefault(key, new)
         row["findings"] += 1

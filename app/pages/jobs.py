@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Depends, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.jobs import FAILED, STATES, STOPPED
+from ...schema.person_roles import OPERATOR
 from ..jobs.kind import JobForm
 from ..jobs.queue import JobView, list_jobs, users_of
-from ..web.dependencies import Key, OpenStore, Running
+from ..operations.machine_paths import shown_path
+from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.job_words import (
     duration_words,
     elapsed_s,
@@ -22,8 +24,10 @@ from ..web.job_words import (
 )
 from ..web.jobs import followed
 from ..web.rendering import page, query
+from ..web.role_needs import NeedsRole
 
 router = APIRouter()
+_ASKS_AGAIN = NeedsRole(OPERATOR, "asking for a job again")
 PAGE = 200
 Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
@@ -59,7 +63,9 @@ def _duration(job: JobView) -> str:
 
 
 @router.get("/jobs/{job}")
-def job(request: Request, job: Key, store: OpenStore, running: Running) -> Response:
+def job(
+    request: Request, job: Key, store: OpenStore, running: Running, settings: Configured
+) -> Response:
     job_row = running.get(job)
     unfinished = job_row.state in (FAILED, STOPPED)
     form, repeatable = running.form_of(job) if unfinished else (None, False)
@@ -75,6 +81,7 @@ def job(request: Request, job: Key, store: OpenStore, running: Running) -> Respo
         repeatable=repeatable,
         user=users_of(store, [job]).get(job, ""),
         ended=job_row.ended,
+        folders=settings.folders,
     )
 
 
@@ -88,16 +95,19 @@ def _form_address(form: JobForm | None, key: int) -> str:
 
 
 @router.get("/jobs/{job}/form")
-def form_values(job: Key, running: Running) -> dict[str, Any]:
+def form_values(job: Key, running: Running, settings: Configured) -> dict[str, Any]:
     """The form of a page that asks for this job again, and the values of its fields."""
     running.get(job)
     form, _ = running.form_of(job)
     if form is None:
         raise LookupError(f"no page has a form that asks for job {job} again")
-    return {"form": form.form, "fields": dict(form.fields)}
+    fields = dict(form.fields)
+    if isinstance(path := fields.get("path"), str):
+        fields["path"] = shown_path(path, settings.folders)
+    return {"form": form.form, "fields": fields}
 
 
-@router.post("/jobs/{job}/again")
+@router.post("/jobs/{job}/again", dependencies=[Depends(_ASKS_AGAIN)])
 def again(job: Key, store: OpenStore, running: Running) -> Response:
     """Ask for a job that failed or was stopped once more, with the same values."""
     return followed(running.again(store, job))

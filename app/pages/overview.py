@@ -17,7 +17,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session, undefer
 
 from ...doe.plans import list_plans
-from ...schema.campaigns import Campaign
+from ...schema.campaigns import Campaign, stated_day
 from ...schema.diagnoses import Diagnosis
 from ...schema.impacts import DatasetSnapshot, Impact, Pulse, Shot, SnapshotPulse
 from ...schema.jobs import DONE, FAILED, RUNNING, WAITING, Job
@@ -62,7 +62,7 @@ def list_recent_campaigns(session: Session) -> list[dict[str, Any]]:
         {
             "campaign": name,
             "kind": kind,
-            "date": date.isoformat(),
+            "date": stated_day(date) or "not known",
             "impacts": impacts.get(key, 0),
             "shots": shots.get(key, 0),
             "quality": quality[key].words,

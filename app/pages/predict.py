@@ -17,13 +17,14 @@ from ...schema.campaigns import Campaign
 from ...schema.session import Store
 from ...twin.contact.laws import LAWS
 from ..common.number_format import finite
-from ..doors.json_route import read_query
+from ..doors.json_route import read_pairs
 from ..figures.page_renderer import figure_data
 from ..operations.form import texts_of
 from ..operations.predict.controls import VELOCITY_M_S, sliders
-from ..operations.predict.factors import registered_contact
+from ..operations.predict.factors import answering_contact
 from ..operations.predict.figures import prediction_figures
 from ..operations.predict.nearest_shots import (
+    known_rows,
     measured_spectra,
     nearest,
     nearest_rows,
@@ -31,27 +32,47 @@ from ..operations.predict.nearest_shots import (
     shots_of,
     velocity_basis,
 )
+from ..operations.predict.predict import PREDICT
 from ..operations.predict.predicting import predict_shot, prediction_json
 from ..operations.predict.request import TANK_PRESSURE_PA, PredictionRequest, ShotRequest
-from ..operations.predict.tables import quantity_rows
+from ..operations.predict.same_setting import (
+    is_contradicted,
+    measured_ranges,
+    range_cells,
+    setting_sentences,
+    shots_of_setting,
+)
+from ..operations.predict.tables import QUANTITIES, quantity_rows
 from ..operations.predict.validity import field_warnings
-from ..twins.building import PRIOR, BuiltTwin
+from ..operations.tune.target_words import (
+    SPECIFICATION,
+    AddressedTarget,
+    target_of_address,
+    target_sentence,
+)
+from ..operations.validate.stored_validation import newest_validation
+from ..twins.building import BuiltTwin
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
 from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page, query
+from ..web.role_needs import role_of
 from ..web.shot_address import built_twin, read_address, twin_at
 
 router = APIRouter()
 #: Of a prediction what the page shows as figures.
 _SERIES = ("force", "acceleration", "srs")
+_NO_TARGET = AddressedTarget()
 
 
-@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS)])
+@router.get("/twin", dependencies=[Depends(STORE_AND_MODELS), Depends(role_of(PREDICT))])
 def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     """The page; a value of the address that cannot be used is named at its control, and the others
     are kept."""
-    question, faults = read_address(request.query_params.multi_items())
+    pairs, specification = target_of_address(request.query_params.multi_items())
+    question, faults = read_address(pairs)
+    if specification.fault:
+        faults[SPECIFICATION] = specification.fault
     status = 422 if faults else 200
     question, built, unknown = twin_at(twins, question)
     status = 404 if unknown else status
@@ -60,7 +81,8 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     controls = sliders(built)
     question = _at_measured_shot(question, built, store)
     question, absent = _offered(_complete(question, built), controls)
-    answer, why_not = _answer(twins, question, store)
+    answer, why_not = _answer(twins, question, store, specification)
+    validation = newest_validation(store, built.bench.campaign)
     return page(
         request,
         "twin.html",
@@ -73,9 +95,16 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
         plate=built.plate.name,
         campaigns=campaigns,
         laws=list(LAWS),
+        specification=specification,
+        specification_sentence=""
+        if specification.target is None
+        else target_sentence(specification.target),
+        validation=validation,
+        validation_sentences=[] if validation is None else list(map(str, validation.sentences())),
         tune_query=query(
             {name: getattr(question, name) for name in ("contact", "plate")}
             | {"campaign": question.campaign if built.bench.has_gun else None}
+            | {"target": specification.text, "tolerance": specification.tolerance}
         ),
         answer=answer,
         why_not=why_not,
@@ -141,23 +170,30 @@ def _campaigns(session: Session) -> list[tuple[str, str]]:
 
 
 def _answer(
-    twins: TwinCache, question: PredictionRequest, store: Store
+    twins: TwinCache, question: PredictionRequest, store: Store, specification: AddressedTarget
 ) -> tuple[dict[str, Any] | None, str]:
     """What the page shows of a shot; and why there is nothing (a bullet that stays in the
     barrel)."""
     try:
-        return answered(twins, question, store), ""
+        return answered(twins, question, store, specification), ""
     except (ValueError, LookupError) as error:
         return None, str(error)
 
 
-def answered(twins: TwinCache, question: PredictionRequest, store: Store) -> dict[str, Any]:
+def answered(
+    twins: TwinCache,
+    question: PredictionRequest,
+    store: Store,
+    specification: AddressedTarget = _NO_TARGET,
+) -> dict[str, Any]:
     """The prediction as `/api/predict` gives it, its series as the data of figures, and the seconds
     that it took.
 
-    `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the
-    quantity, `nearest` the measured shots that are nearest to it, `basis` what the band of the
-    velocity stands on.
+    `numbers` are its figures in the units of the lab beside what shots of the same setting
+    measured, `here` says the latter in words (`contradicted`: some of it lies outside of the
+    bands), `beside` warnings by the slider that sets the quantity, `nearest` the measured shots
+    that are nearest to it, `basis` what the band of the velocity stands on. `link` pins all that
+    the answer rests on but for what is measured or adopted later.
     """
     begun = time.perf_counter()
     built = built_twin(twins, question)
@@ -165,34 +201,47 @@ def answered(twins: TwinCache, question: PredictionRequest, store: Store) -> dic
     data = prediction_json(built, prediction)
     shots, wanted = shots_of(store, built), setting_values(prediction.setting)
     near = nearest(wanted, shots)
+    ranges = measured_ranges(prediction, shots_of_setting(wanted, shots))
     return {
         "prediction": {key: value for key, value in data.items() if key not in _SERIES},
         "figures": {
             name: figure_data(plot)
             for name, plot in prediction_figures(
-                prediction, shots, near, measured_spectra(store, near)
+                prediction, shots, near, measured_spectra(store, near), specification.target
             ).items()
         },
-        "numbers": [_number_row(row) for row in quantity_rows(prediction)],
+        "numbers": [
+            _number_row(row) | range_cells(ranges, name)
+            for name, row in zip(
+                (*QUANTITIES, *map(_peak_key, prediction.sensors)),
+                quantity_rows(prediction),
+                strict=True,
+            )
+        ],
+        "here": " ".join(map(str, setting_sentences(ranges, prediction))),
+        "contradicted": is_contradicted(ranges),
+        "known": known_rows(built, prediction),
         "nearest": nearest_rows(wanted, near),
         "basis": str(velocity_basis(built, prediction.setting.tank_pressure_pa) or ""),
         "beside": field_warnings(prediction),
-        "link": "/twin" + query(texts_of(_pinned(question, built))),
+        "link": "/twin" + query({**texts_of(_pinned(question, built)), **specification.fields}),
         "seconds": time.perf_counter() - begun,
     }
 
 
 def _pinned(question: PredictionRequest, built: BuiltTwin) -> PredictionRequest:
     """The question with the campaign and the contact that answered it: a newer campaign, or another
-    model in use, does not change what its address shows."""
-    contact = registered_contact(built)
-    answering = PRIOR if contact is None else contact.registered.version.label
+    model in use, does not change what its address shows. The plate is the campaign's."""
     return question.model_copy(
         update={
             "campaign": question.campaign or built.bench.campaign,
-            "contact": question.contact or answering,
+            "contact": answering_contact(built, question.contact),
         }
     )
+
+
+def _peak_key(sensor: str) -> str:
+    return f"peak_{sensor}"
 
 
 def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
@@ -206,10 +255,12 @@ def _number_row(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-@router.get("/twin/answer")
+@router.get("/twin/answer", dependencies=[Depends(role_of(PREDICT))])
 def answer(request: Request, twins: Twins, store: OpenStore) -> dict[str, Any]:
     """What the sliders ask for while they move."""
-    question = read_query(PredictionRequest, request)
+    pairs, specification = target_of_address(request.query_params.multi_items())
+    question = read_pairs(PredictionRequest, pairs)
     built = built_twin(twins, question)
-    answer: dict[str, Any] = finite(answered(twins, _complete(question, built), store))
+    complete = _complete(question, built)
+    answer: dict[str, Any] = finite(answered(twins, complete, store, specification))
     return answer

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter, Depends, Form
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
@@ -19,6 +19,7 @@ from ..operations.ingest.runs import RUN_DISCARD, DiscardedRecording, RunDiscard
 from ..operations.laboratory import Laboratory
 from ..web.dependencies import Configured, InLaboratory, Key, Name, OpenStore, Text
 from ..web.rendering import page, part
+from ..web.role_needs import role_of
 from .impact_lists import Ticked, ticked
 
 router = APIRouter()
@@ -42,7 +43,7 @@ def ask_recording(
     )
 
 
-@router.post("/impacts/{impact}/discard")
+@router.post("/impacts/{impact}/discard", dependencies=[Depends(role_of(RUN_DISCARD))])
 def discard(impact: Key, laboratory: InLaboratory, reason: Reason) -> Response:
     discarded = _discarded(laboratory, recording_of(laboratory.store, impact), reason)
     return RedirectResponse(discarded.address(), 303)
@@ -56,7 +57,7 @@ def _discarded(
     return RUN_DISCARD.answer(request, laboratory, lambda _done, _total, _what: None)
 
 
-@router.post("/impacts/reject")
+@router.post("/impacts/reject", dependencies=[Depends(role_of(RUN_DISCARD))])
 def reject(
     laboratory: InLaboratory,
     impact: Ticked = [],  # noqa: B006

@@ -1,21 +1,21 @@
-"""Models: those in use, versions side by side, one version's held-out pulses, and promotions with
-their reasons."""
+"""Models: those in use, one version with its held-out pulses, and promotions with their reasons."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from fastapi import APIRouter, Depends, Query
+import numpy as np
+from fastapi import APIRouter, Depends
 from sqlalchemy import select
 from starlette.requests import Request
 from starlette.responses import Response
 
 from ...dataset.catalog import list_snapshots, list_withdrawals
+from ...schema.corrected_facts import corrections_since_dataset
 from ...schema.impacts import Pulse
 from ...schema.listings import list_campaigns
 from ...schema.session import Store
-from ...training.evaluation.metrics import METRICS
 from ...training.registry.listing import chosen, newest
 from ..common.model_registry import (
     models_extra,
@@ -25,8 +25,6 @@ from ..common.model_registry import (
     withdrawn_words,
 )
 from ..common.quantities import velocities_of
-from ..operations.faults import read
-from ..operations.laboratory import Laboratory
 from ..operations.train.charts import (
     against_figure,
     coverage_figure,
@@ -38,26 +36,31 @@ from ..operations.train.charts import (
     search_figure,
     training_figures,
 )
-from ..operations.train.compare import COMPARE, MOST_COMPARED, Comparing
-from ..operations.train.comparing import MOST_EACH_WITH_EACH
 from ..operations.train.figures import (
     compared_to,
+    coverage_rows,
     evaluated_figures,
     residual_columns,
     version_rows,
     worst_pulses,
 )
+from ..operations.train.learning_curve import curve_figure, curve_rows, curve_sentences
+from ..operations.train.registered_figures import worst_pulse_figures
 from ..operations.train.searches import (
     importance_sentence,
     search_sentence,
     settings_rows,
     trial_rows,
 )
+from ..operations.train.strengths import (
+    group_errors,
+    settings_of_pulses,
+    strength_sentences,
+    strength_tables,
+    strengths_figure,
+)
 from ..operations.train.wording import (
     bounded,
-    common_split,
-    comparison_sentences,
-    comparison_tables,
     is_warned_of,
     metric_cell,
     share,
@@ -72,6 +75,10 @@ from ..web.page_sources import STORE_AND_MODELS
 from ..web.rendering import page
 
 if TYPE_CHECKING:
+    from ...array_types import Floats
+    from ...dataset.table import PulseTable
+    from ...training.registry.evaluate import Evaluation
+    from ...training.registry.records import Version
     from ...training.tuning.trials import SettingsSearch
 
 router = APIRouter()
@@ -189,82 +196,6 @@ def _differences(store: Store, db: str, rows: Sequence[Mapping[str, Any]]) -> di
     return None
 
 
-@router.get("/models/compare", dependencies=[Depends(STORE_AND_MODELS)])
-def compare(
-    request: Request,
-    store: OpenStore,
-    settings: Configured,
-    version: Annotated[list[str], Query()] = [],  # noqa: B006
-    split: Word = "",
-) -> Response:
-    status, fault, comparison, rows = 200, "", None, []
-    with models_extra():
-        registry = registry_at(settings.db)
-        choices = [] if registry is None else version_rows(registry, registry.versions())
-        if version and registry is not None:
-            try:
-                values = {"version": version, "split": split or None}
-                comparing = read(Comparing, values, "network")
-                laboratory = Laboratory(store, settings.db)
-                comparison = COMPARE.answer(comparing, laboratory, lambda *_: None)
-                rows = version_rows(registry, comparison.comparisons.versions)
-            except (LookupError, ValueError) as error:
-                status, fault = (404 if isinstance(error, LookupError) else 422), str(error)
-    plain = None if comparison is None else comparison.plain
-    chosen_rows = {(row["label"], row["split"]) for row in rows}
-    return page(
-        request,
-        "models_compare.html",
-        status=status,
-        choices=choices,
-        chosen=chosen_rows or _ticked_rows(version, split, choices),
-        split="" if plain is None else common_split(plain),
-        most=MOST_COMPARED,
-        fault=fault,
-        found=plain,
-        result=None if plain is None else _comparison(plain, rows),
-        **_WORDS,
-    )
-
-
-def _ticked_rows(
-    ticked: Sequence[str], split: str, choices: Sequence[Mapping[str, Any]]
-) -> set[tuple[str, str | None]]:
-    """The rows of the list to tick, of texts such as "svr@1 configurations": of a version without a
-    split, the first row that it has there."""
-    first_split = {row["label"]: row["split"] for row in reversed(choices)}
-    pairs = (text.partition(" ")[::2] for text in ticked)
-    return {(label, own or split or first_split.get(label)) for label, own in pairs}
-
-
-#: What the page of a comparison draws and says.
-_COMPARED = ("force_nrmse", "contact_time_error")
-
-
-def _comparison(comparison: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What the page of a comparison says and draws: sentences about the best version, forest plots,
-    tables, and the versions that can be promoted."""
-    differences = comparison["differences"]
-    best = comparison["models"][0]["label"]
-    of_best = [row for row in differences if best in (row["a"], row["b"])]
-    in_use = sorted(row["label"] for row in rows if row["champion"])
-    compared_with_all = len(rows) <= MOST_EACH_WITH_EACH
-    reference = in_use[0] if in_use and compared_with_all else best
-    return {
-        "sentences": list(comparison_sentences({**comparison, "differences": of_best}, _COMPARED)),
-        "reference": reference,
-        "figures": {
-            metric: difference_figure(
-                differences_to(reference, differences, metric), reference, metric
-            )
-            for metric in _COMPARED
-        },
-        "rows": rows,
-        "tables": comparison_tables(comparison, METRICS),
-        "candidates": [row for row in rows if not row["champion"] and not row["not_usable"]],
-    }
-
-
 @router.get("/models/{name}/{version}", dependencies=[Depends(STORE_AND_MODELS)])
 def model(
     request: Request,
@@ -284,21 +215,43 @@ def model(
         row = next(entry for entry in rows if entry["run_id"] == record.run_id)
         evaluation, why_not = _evaluation(registry, record, store)
         figures = None if evaluation is None else evaluated_figures(evaluation, record.label)
+        groups = (
+            []
+            if evaluation is None
+            else group_errors(
+                evaluation, record.label, *_further_inputs(registry, record, evaluation, store)
+            )
+        )
+        curve = registry.learning_curve(record)
         fit_settings = registry.fit_settings(record)
         histories = registry.fit_histories(record)
         searches = registry.searches(record)
         decisions = [entry for entry in registry.decisions() if entry.candidate == record.label]
+    corrected = store.read(lambda session: corrections_since_dataset(session, record.dataset.name))
     velocity = {"impact_velocity_m_s": 1.0, "velocity_kind": record.dataset.velocity_kind}
     with velocities_of([velocity]):
         return page(
             request,
             "model.html",
+            corrected=corrected,
             row=row,
             splits=splits,
             sentences=version_sentences(row),
             tables=version_tables(row),
             found=figures,
             why_not=why_not,
+            strengths=strengths_figure(groups) if groups else None,
+            strength_sentences=list(map(str, strength_sentences(record.label, groups)))
+            if groups
+            else [],
+            strength_tables=strength_tables(groups) if groups else [],
+            curve=curve_figure(curve, _floor_of(row)) if curve else None,
+            curve_sentences=list(map(str, curve_sentences(curve))),
+            curve_rows=curve_rows(curve),
+            coverage_rows=[] if figures is None else coverage_rows(figures["coverage"]),
+            worst_figures=[]
+            if evaluation is None
+            else worst_pulse_figures(evaluation.pulses, evaluation.predictions[record.label]),
             against={}
             if figures is None
             else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
@@ -319,6 +272,24 @@ def model(
             campaigns=[entry["name"] for entry in store.read(list_campaigns)],
             **_WORDS,
         )
+
+
+def _floor_of(row: Mapping[str, Any]) -> float | None:
+    """What repeated impacts differ by, of the first scope that has it."""
+    floors = row["metrics"]["force_nrmse"]["floor"].values()
+    return next((float(floor) for floor in floors if floor is not None), None)
+
+
+def _further_inputs(
+    registry: Any, version: Version, evaluation: Evaluation, store: Store
+) -> tuple[PulseTable, dict[str, Floats]]:
+    """The pulses that a version learned from, and the settings of its held-out pulses that are no
+    predictors."""
+    table = reader_of(store)(version.dataset.hash)
+    training = table.take(np.isin(table.key, registry.held_out(version).trained_on))
+    with store.reading() as session:
+        settings = settings_of_pulses(session, evaluation.pulses.pulse_id.tolist())
+    return training, settings
 
 
 def _search(part: str, search: SettingsSearch) -> dict[str, Any]:

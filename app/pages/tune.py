@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel, Field
 from sqlalchemy import select
 from starlette.requests import Request
@@ -16,18 +15,17 @@ from starlette.responses import Response
 from ...dataset.rows import stored_materials
 from ...schema.campaigns import Campaign
 from ...twin.contact.laws import LAWS
-from ...twin.srs.target import Target
-from ..common.number_format import format_number
-from ..common.quantities import display_of
 from ..figures.page_renderer import figure_data
 from ..operations.form import controls
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
 from ..operations.sentence import REACHES
-from ..operations.tune.figures import target_figure, tuned_figure
+from ..operations.tune.figures import choices_figure, target_figure, tuned_figure
+from ..operations.tune.target_words import TOLERANCE, AddressedTarget, target_sentence
 from ..operations.tune.tuning import TUNE
 from ..operations.tune.verdict import (
     answer_sentences,
     best_sentences,
+    choice_sentences,
     next_steps,
     setting_words,
     tuning_tables,
@@ -36,6 +34,7 @@ from ..twins.building import PRIOR
 from ..web.dependencies import Key, OpenStore, Running, Word
 from ..web.jobs import finished_result
 from ..web.rendering import page, query
+from ..web.role_needs import role_of
 
 router = APIRouter()
 
@@ -45,32 +44,6 @@ class TypedTarget(BaseModel):
 
     text: str = Field(max_length=MOST_BYTES)
     tolerance: Word = ""
-
-
-def target_sentence(target: Target) -> str:
-    """`The specification reaches from 100 to 10000 Hz and from 30 to 300 g, with a tolerance of
-    +6/−6 dB.`"""
-    display = display_of("level_m_s2")
-    ends = [format_number(end) for end in (target.frequency_hz[0], target.frequency_hz[-1])]
-    levels = [
-        format_number(end * display.scale, 3)
-        for end in (target.level_m_s2.min(), target.level_m_s2.max())
-    ]
-    sides = list(
-        dict.fromkeys(zip(target.upper_db.tolist(), target.lower_db.tolist(), strict=True))
-    )
-    tolerances = " and ".join(
-        f"{_side('+', upper)}/{_side('−', lower)} dB" for upper, lower in sides[:3]
-    )
-    more = " and others" if len(sides) > 3 else ""
-    return (
-        f"The specification reaches from {ends[0]} to {ends[1]} Hz and from {levels[0]} to "
-        f"{levels[1]} {display.unit}, with a tolerance of {tolerances}{more}."
-    )
-
-
-def _side(sign: str, value: float) -> str:
-    return f"{sign}{format_number(value, 3)}" if np.isfinite(value) else "no limit"
 
 
 @router.get("/tune")
@@ -104,7 +77,7 @@ def form(request: Request, store: OpenStore) -> Response:
     )
 
 
-@router.post("/tune/target")
+@router.post("/tune/target", dependencies=[Depends(role_of(TUNE))])
 def typed_target(typed: TypedTarget) -> dict[str, Any]:
     """The chart of a specification and its sentence, while it is typed. Raises `ValueError` as
     `target_from_upload`."""
@@ -116,6 +89,10 @@ def typed_target(typed: TypedTarget) -> dict[str, Any]:
 def tuned(request: Request, job: Key, running: Running) -> Response:
     data = finished_result(running, job, TUNE.name, "tuning")
     twin = {key: value for key, value in data["twin"].items() if value}
+    asked_form = running.form_of(job)[0]
+    sent = {} if asked_form is None else dict(asked_form.fields)
+    texts = {name: str(sent.get(name) or "") for name in ("target", TOLERANCE)}
+    twin |= AddressedTarget(texts["target"], texts[TOLERANCE]).fields
     links = [
         "/twin" + query({**twin, **{name: proposal["settings"][name] for name in _SETTINGS}})
         for proposal in data["proposals"]
@@ -136,7 +113,9 @@ def tuned(request: Request, job: Key, running: Running) -> Response:
         ],
         steps=next_steps(data),
         links=links,
+        choices=list(map(str, choice_sentences(data))),
         figure=tuned_figure(data) if data["proposals"] else None,
+        chosen=choices_figure(data) if data["proposals"] else None,
     )
 
 

@@ -22,12 +22,15 @@ from ..operations.validate.validating import VALIDATE
 from ..operations.validate.validation import (
     COLUMNS,
     adopted_lines,
+    adopted_rows,
     reason_lines,
     score_rows,
 )
 from ..operations.validate.verdict import (
+    failure_rows,
     failure_sentences,
     is_calibrated,
+    needed_values,
     verdict_text,
 )
 from ..twins.building import PRIOR
@@ -69,7 +72,10 @@ def validation(request: Request, job: Key, running: Running) -> Response:
         columns=COLUMNS,
         rows=list(score_rows(data)),
         adopted=adopted_lines(data),
+        adopted_table=adopted_rows(data),
         failures=failure_sentences(data),
+        failure_table=failure_rows(data),
+        needed=needed_values(len(data["quantities"])),
         left_out=reason_lines(data["left_out"]),
         coverage=coverage_figure(data),
         ranks=rank_figure(data),

@@ -23,42 +23,56 @@ from ... import __version__
 from ...schema.addresses import without_secrets
 from ...schema.conditions import ConditionError
 from ...schema.engine import StoreRoleError
+from ...schema.person_roles import RoleNeededError
 from ...schema.session import Store
 from ..common.errors import is_for_the_user
 from ..documents.page import section_style
 from ..doors.api import ingest as ingest_api
+from ..doors.api import library as library_api
 from ..doors.routes import form_router, json_router
 from ..jobs.worker import Worker
 from ..operations.faults import Fault, RequestError
+from ..pages import account as account_pages
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
+from ..pages import campaign_form as campaign_form_pages
 from ..pages import campaigns as campaign_pages
+from ..pages import compare as compare_pages
+from ..pages import compare_models as compare_models_pages
 from ..pages import datasets as dataset_pages
 from ..pages import diagnose as diagnose_pages
+from ..pages import explore as explore_pages
 from ..pages import export as export_pages
 from ..pages import extract as extract_pages
+from ..pages import facts as facts_pages
 from ..pages import home as home_pages
 from ..pages import impact_lists as impact_list_pages
 from ..pages import impacts as impacts_pages
 from ..pages import ingest as ingest_pages
 from ..pages import jobs as jobs_pages
 from ..pages import model_deletion as train_deletion_pages
+from ..pages import notes as notes_pages
+from ..pages import people as people_pages
 from ..pages import plan as plan_pages
 from ..pages import predict as predict_pages
 from ..pages import removal as removal_pages
 from ..pages import report as report_pages
+from ..pages import search as search_pages
 from ..pages import sign_in as sign_in_pages
 from ..pages import train as train_pages
 from ..pages import tune as tune_pages
 from ..pages import validate as validate_pages
 from ..twins.twin_cache import TwinCache
 from ..web import csrf
+from ..web.accounts import Accounts
 from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
 from ..web.page_sources import SourceStamps
+from ..web.page_words import in_page_words
 from ..web.rendering import page
+from ..web.role_needs import require_role
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
 from ..web.static_files import send_static, static_files
@@ -69,18 +83,23 @@ from .page_cache import PageCache
 #: A new feature's `api` and `pages` get a word here.
 _API = (
     ingest_api,
+    library_api,
     csrf,
 )
 PAGES = (
     home_pages,
     campaign_pages,
     ingest_pages,
+    campaign_form_pages,
+    facts_pages,
     impact_list_pages,
     impacts_pages,
+    compare_pages,
     diagnose_pages,
     jobs_pages,
     api_pages,
     train_pages,
+    compare_models_pages,
     dataset_pages,
     train_deletion_pages,
     predict_pages,
@@ -88,18 +107,23 @@ PAGES = (
     plan_pages,
     removal_pages,
     archive_pages,
+    explore_pages,
     export_pages,
     extract_pages,
     report_pages,
     validate_pages,
     sign_in_pages,
+    account_pages,
+    people_pages,
+    notes_pages,
+    search_pages,
 )
 
 
 def status_of(error: Exception) -> int:
-    """400 a filter that cannot be read, 403 what the login's role may not, 404 what is not there,
-    422 what cannot be used, 503 a store or a disk that fails."""
-    if isinstance(error, StoreRoleError):
+    """400 a filter that cannot be read, 403 what the role of the person or the login may not, 404
+    what is not there, 422 what cannot be used, 503 a store or a disk that fails."""
+    if isinstance(error, StoreRoleError | RoleNeededError):
         return 403
     if isinstance(error, ConditionError):
         return 400
@@ -116,8 +140,8 @@ class Problem(BaseModel):
 
 _WORDS = {
     400: "The body, or a filter, cannot be read",
-    401: "The server's token is needed",
-    403: "A write without the token of /api/csrf, or one that the role of the "
+    401: "A sign-in or a token is needed",
+    403: "A write without the token of /api/csrf, or one that the role of the person or of the "
     "server's login forbids",
     404: "There is no such thing in the store",
     413: "The body is too large",
@@ -166,7 +190,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         docs_url=None,  # their pages are fetched from elsewhere
         redoc_url=None,
         openapi_url="/api/openapi.json",
-        dependencies=[Depends(require_csrf)],
+        dependencies=[Depends(require_role), Depends(require_csrf)],
     )
     app.state.settings, app.state.store, app.state.jobs, app.state.twins = (
         settings,
@@ -174,7 +198,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         jobs,
         twins,
     )
-    app.state.sign_in = SignIn(settings.token)
+    app.state.sign_in = SignIn(settings.token, Accounts(store), asks_people=settings.asks_people)
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     app.include_router(json_router(), prefix="/api", responses=PROBLEMS)
@@ -263,8 +287,12 @@ def error_response(
     that it is about."""
     why = without_secrets(why)
     listed = [{"field": fault.field, "message": without_secrets(fault.message)} for fault in faults]
+    folders = request.app.state.settings.folders
     if is_form(request):
-        messages = listed or [{"field": field, "message": why}]
+        messages = [
+            {**entry, "message": in_page_words(entry["message"], folders)}
+            for entry in listed or [{"field": field, "message": why}]
+        ]
         return JSONResponse({"faults": messages}, status, headers)
     if request.url.path.startswith("/api"):
         by_field = {"faults": listed} if listed else {}
@@ -273,7 +301,7 @@ def error_response(
         request,
         "error.html",
         status,
-        why=why,
+        why=in_page_words(why, folders),
         name=HTTPStatus(status).phrase,
         status_code=status,
         back=_page_before(request),

@@ -42,6 +42,13 @@ if TYPE_CHECKING:
     show_envvar=True,
     help="Set the token that other machines must send; an environment variable hides it better.",
 )
+@click.option(
+    "--users",
+    "asks_people",
+    is_flag=True,
+    help="Let in people alone who sign in with a name and a password (`pyroshock users add`). "
+    "Without this option and without a token, whoever reaches the server may do all.",
+)
 @data_option
 @click.option(
     "--mlflow",
@@ -77,6 +84,7 @@ def serve(
     host: str,
     port: int,
     token: str | None,
+    asks_people: bool,
     folders: tuple[Path, ...],
     mlflow: str | None,
     max_upload: int,
@@ -110,6 +118,7 @@ def serve(
             max_upload * MEGABYTE,
             works=not no_worker,
             trusted_proxies=trusted_proxies,
+            asks_people=asks_people,
         )
     with open_command_store(db, create=True) as store:
         from .application import application
@@ -139,7 +148,9 @@ def _listen(app: Any, settings: Settings, show: bool) -> None:
     from .connections import server_options
 
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as listener:
+    # With the protocol named, asyncio sends each part of an answer at once: else the second answer
+    # on a connection waits 40 ms for the client to confirm the first part.
+    with socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((settings.host.strip("[]"), settings.port))

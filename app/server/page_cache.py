@@ -19,6 +19,7 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..web.page_sources import PageSource, SourceStamps
+from ..web.role_needs import need_of
 from .compression import deflate, gzip_of
 
 #: Bytes of all pages that are kept, as they are and compressed.
@@ -73,11 +74,15 @@ class PageCache:
             await _send(page, scope, send)
 
     def _source(self, scope: Scope) -> PageSource | None:
+        """What the page rests on; None of one that is not kept, and of one that this person may
+        not see, of which the application says why."""
         if scope["type"] != "http" or scope["method"] != "GET":
             return None
         for route in self._routes:
             match, _ = route.matches(scope)
             if match is Match.FULL:
+                if not scope["state"]["person"].may(need_of(route, "GET").role):
+                    return None
                 calls = (needed.dependency for needed in getattr(route, "dependencies", ()))
                 return next((call for call in calls if isinstance(call, PageSource)), None)
         return None

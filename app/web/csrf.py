@@ -13,6 +13,8 @@ from .dependencies import writable
 from .guard import SAFE_METHODS
 
 HEADER, FIELD = "X-CSRF-Token", "csrf"
+#: Of one form: the table of a campaign of hundreds of runs has a control for each cell.
+MOST_FILES, MOST_FIELDS = 20_000, 50_000
 _FORMS = ("application/x-www-form-urlencoded", "multipart/form-data")
 
 
@@ -22,7 +24,7 @@ async def require_csrf(request: Request) -> None:
         return
     given = request.headers.get(HEADER)
     if given is None and request.headers.get("content-type", "").startswith(_FORMS):
-        form: FormData = await request.form(max_files=20_000)
+        form: FormData = await request.form(max_files=MOST_FILES, max_fields=MOST_FIELDS)
         field = form.get(FIELD)
         given = field if isinstance(field, str) else None
         if not _is_right(request, given):

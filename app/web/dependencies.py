@@ -8,6 +8,7 @@ from fastapi import Depends, Path
 from pydantic import AfterValidator, Field
 from starlette.requests import Request
 
+from ...schema.person_roles import Person
 from ...schema.session import Store, Writer
 from ..operations.laboratory import Laboratory
 from ..operations.operation import UNWRITABLE
@@ -19,12 +20,19 @@ from .settings import Settings
 
 def _store(request: Request) -> Store:
     """The store, with this request as the writer of what it stores."""
-    return signed(request.app.state.store, f"serve: {request.method} {request.url.path}")
+    what = f"serve: {request.method} {request.url.path}"
+    return signed(request.app.state.store, what, request.state.person)
 
 
-def signed(store: Store, what: str) -> Store:
-    """The same store written by another hand: each request and each job signs its own rows."""
-    return Store(store.engine, Writer(what, store.writer.software_version))
+def signed(store: Store, what: str, person: Person) -> Store:
+    """The same store written by another hand: each request and each job signs its own rows, for the
+    person who asked."""
+    return Store(store.engine, Writer(what, store.writer.software_version, person))
+
+
+def _person(request: Request) -> Person:
+    person: Person = request.state.person
+    return person
 
 
 def _jobs(request: Request) -> Jobs:
@@ -47,6 +55,8 @@ def _laboratory(request: Request) -> Laboratory:
     return Laboratory(_store(request), settings.db, folders=settings.folders, twins=_twins(request))
 
 
+#: Who sends the request.
+Asker = Annotated[Person, Depends(_person)]
 OpenStore = Annotated[Store, Depends(_store)]
 Running = Annotated[Jobs, Depends(_jobs)]
 Configured = Annotated[Settings, Depends(_settings)]

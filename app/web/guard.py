@@ -14,10 +14,12 @@ import hmac
 import secrets
 from urllib.parse import parse_qsl, unquote, urlencode, urlsplit
 
+from anyio import CapacityLimiter, to_thread
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from ...schema.person_roles import LOCAL, READER, Person
 from .forms import is_form
 from .settings import Settings, is_loopback
 from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cookie, session_of
@@ -25,6 +27,8 @@ from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cooki
 #: Stands within a path for a slash that belongs to a name; a private character of Unicode.
 INNER_SLASH = "\ue02f"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+#: Who sends a request of which nobody knows: it sees the page that asks to sign in.
+NOBODY = Person("nobody", READER, LOCAL)
 #: These take files.
 UPLOADS = ("/ingest", "/api/ingest")
 _HEADERS = {
@@ -47,6 +51,8 @@ class Guard:
     def __init__(self, app: ASGIApp, settings: Settings, sign_in: SignIn) -> None:
         self.app, self.settings, self.sign_in = app, settings, sign_in
         self._key = secrets.token_bytes(32)
+        #: People are looked up beside the pages that are being made, and do not wait for them.
+        self._asking = CapacityLimiter(4)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -59,7 +65,8 @@ class Guard:
         session = session_of(request) or new_identifier()
         scope.setdefault("state", {})["csrf"] = self.csrf(session)
         answer = self._headed(send, request, session)
-        refused = self._refusal(request)
+        refused = self._refusal(request) or await self._admission(request)
+        refused = refused or self._too_long(request)
         if refused is not None:
             await refused(scope, receive, answer)
             return
@@ -91,9 +98,9 @@ class Guard:
             and origin.partition("://")[2] != host
         ):
             return refusal(request, 403, f"a page of {origin} may not write here")
-        admitted = self._admission(request)
-        if admitted is not None:
-            return admitted
+        return None
+
+    def _too_long(self, request: Request) -> Response | None:
         length = request.headers.get("content-length", "0")
         if not length.isdecimal():
             return refusal(request, 400, f"a content length of {length!r} is none")
@@ -112,14 +119,15 @@ class Guard:
         # token guards.
         return is_loopback(name) or not is_loopback(self.settings.host)
 
-    def _admission(self, request: Request) -> Response | None:
+    async def _admission(self, request: Request) -> Response | None:
         """None for who may pass. `?token=` opens a session and leaves the address; a browser gets
         the sign-in page."""
         path = request.url.path
+        request.scope["state"]["person"] = NOBODY
         try:
             query = parse_qsl(request.url.query, keep_blank_values=True)
             token = next((value for name, value in query if name == "token"), None)
-            if self.sign_in.needed and token is not None and request.method in SAFE_METHODS:
+            if self.sign_in.has_token and token is not None and request.method in SAFE_METHODS:
                 rest = urlencode([(name, value) for name, value in query if name != "token"])
                 # A path of two slashes would name another host.
                 answer = RedirectResponse(
@@ -130,7 +138,7 @@ class Guard:
                 )
                 return answer
             if path != SIGN_IN:
-                self.sign_in.check_admitted(request)
+                request.scope["state"]["person"] = await self._person_of(request)
         except SignInError as error:
             if request.method == "GET" and "text/html" in request.headers.get("accept", ""):
                 request.scope["state"]["refused"] = (error, self._without_token(request))
@@ -138,6 +146,12 @@ class Guard:
                 return None
             return refusal(request, error.status, str(error), error.headers)
         return None
+
+    async def _person_of(self, request: Request) -> Person:
+        """Who sends it; the store is asked beside the requests that go on meanwhile."""
+        if self.sign_in.asks_store(request):
+            return await to_thread.run_sync(self.sign_in.person_of, request, limiter=self._asking)
+        return self.sign_in.person_of(request)
 
     @staticmethod
     def _without_token(request: Request) -> str:

@@ -14,6 +14,7 @@ from ..jobs.queue import JobView
 KIND_WORDS = {
     "ingest": "ingest",
     "check": "check of a folder",
+    "describe": "reading of recordings for a form",
     "archive": "archive of a campaign",
     "restore": "return of a campaign",
     "extract": "extraction of pulses",
@@ -33,9 +34,10 @@ _RESULTS = {
     "/tune/": "Open the proposed settings",
     "/models": "Open the models",
     "/ingest/checks/": "Open the check",
+    "/ingest/forms/": "Open the form",
     "/deleted": "Open the deleted and archived campaigns",
 }
-_UNNAMED = ("/validations/", "/tune/", "/models", "/ingest/checks/", "/deleted")
+_UNNAMED = ("/validations/", "/tune/", "/models", "/ingest/checks/", "/ingest/forms/", "/deleted")
 _FAULT = "an error of pyroshock itself"
 
 

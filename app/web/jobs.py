@@ -11,11 +11,13 @@ from starlette.responses import RedirectResponse, Response
 
 from ...schema.engine import StoreRoleError
 from ...schema.jobs import DONE
+from ...schema.person_roles import system_person
 from ...schema.session import Store
 from ..jobs.kind import Arguments, JobForm, Kind
 from ..jobs.known_kinds import job_page
 from ..jobs.operation_kind import kind_of
 from ..jobs.queue import (
+    AskingRecord,
     JobView,
     ask,
     ask_again,
@@ -25,6 +27,9 @@ from ..jobs.queue import (
     this_host,
 )
 from ..jobs.worker import Worker
+from ..operations.catalogue import OPERATIONS
+from ..operations.catalogue import operation as operation_named
+from ..operations.change_record import asking_record
 from ..operations.faults import read
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, same_fields
@@ -55,9 +60,10 @@ class Jobs:
         label: str,
         arguments: Arguments,
         host: str | None = None,
+        record: AskingRecord = lambda _session, _job: None,
     ) -> JobView:
         """Queue a job, signed by the request's `store`."""
-        job = ask(store, kind, label, arguments, host)
+        job = ask(store, kind, label, arguments, host, record)
         if self._worker is not None:
             self._worker.ask_now()
         return job
@@ -78,8 +84,17 @@ class Jobs:
 
     def again(self, store: Store, key: int) -> JobView:
         """Ask for an ended job once more, signed by the request's `store`. Raises `LookupError`,
-        `ValueError`."""
-        job = ask_again(store, key)
+        `ValueError`, and `RoleNeededError` where the person may not ask for it."""
+        person = store.writer.person or system_person()
+
+        def record_of(kind: str, request: Any) -> AskingRecord:
+            if kind not in OPERATIONS:
+                return lambda _session, _job: None
+            declared = operation_named(kind)
+            declared.check_role(person)
+            return asking_record(declared, request, person)
+
+        job = ask_again(store, key, record_of)
         if self._worker is not None:
             self._worker.ask_now()
         return job
@@ -123,7 +138,9 @@ def ask_operation(
     jobs: Jobs,
     host: str | None = None,
 ) -> JobView:
-    """Queue a request, or its rehearsal. Raises what would only be refused after the work."""
+    """Queue a request, or its rehearsal. Raises what would only be refused after the work, and
+    `RoleNeededError`."""
+    operation.check_role(laboratory.person)
     if operation.check is not None:
         operation.check(request, laboratory)
     if operation.rehearsal is not None and getattr(request, "dry_run", False):
@@ -131,4 +148,6 @@ def ask_operation(
         request = read(operation.request, same_fields(request, operation.request), "stored")
     if operation.on_this_machine:
         host = this_host()
-    return jobs.ask(laboratory.store, kind_of(operation), operation.title(request), request, host)
+    record = asking_record(operation, request, laboratory.person)
+    title = operation.title(request)
+    return jobs.ask(laboratory.store, kind_of(operation), title, request, host, record)

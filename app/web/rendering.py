@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date, datetime
 from functools import cache, partial
 from pathlib import Path
@@ -17,8 +17,10 @@ from starlette.responses import HTMLResponse, Response
 
 from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
-from ..figures.figure import Plot
+from ..figures.figure import Plot, PlotGrid
 from ..figures.page_renderer import FigureData, figure_data
+from .notes_view import notes_on
+from .page_words import in_page_words
 from .static_files import static_address
 
 HERE = Path(__file__).parent
@@ -34,6 +36,7 @@ MENU = {
     "/campaigns": "Campaigns",
     "/impacts": "Impacts",
     "/compare": "Compare",
+    "/explore": "Explore",
     "/models": "Models",
     "/twin": "Twin",
     "/plans": "Plans",
@@ -42,9 +45,9 @@ MENU = {
 }
 
 
-def _figure_data(figure: Plot | FigureData) -> Markup:
-    """A plot, or the data that was made of it, for `static/charts.js`."""
-    return as_data(figure_data(figure) if isinstance(figure, Plot) else figure)
+def _figure_data(figure: Plot | PlotGrid | FigureData) -> Markup:
+    """A figure, or the data that was made of it, for `static/charts.js`."""
+    return as_data(figure_data(figure) if isinstance(figure, Plot | PlotGrid) else figure)
 
 
 @cache
@@ -63,8 +66,10 @@ def _environment() -> Environment:
         "data": as_data,
         "figure_data": _figure_data,
         "when": when,
+        "page_words": in_page_words,
     }
-    environment.filters["in_shown_units"] = in_shown_units
+    environment.filters |= {"in_shown_units": in_shown_units, "filled": filled_columns}
+    environment.globals["notes_on"] = notes_on
     environment.globals |= {"cell": cell, "menu": MENU, "static": static_address}
     return environment
 
@@ -107,6 +112,20 @@ def page(request: Request, template: str, status: int = 200, **values: Any) -> H
         )
     )
     return HTMLResponse(text, status)
+
+
+def filled_columns(rows: Sequence[Mapping[str, Any]], keys: Iterable[str]) -> list[str]:
+    """The columns of a table that have a value in some row: the others would be dashes alone.
+
+    Parameters:
+        rows: The rows of the table.
+        keys: Its columns in order.
+    """
+    return [key for key in keys if any(_is_value(row.get(key)) for row in rows)]
+
+
+def _is_value(cell_value: object) -> bool:
+    return cell_value not in (None, "") and cell_value == cell_value  # NaN differs from itself
 
 
 def named_file(content: bytes, name: str, ending: str, media_type: str) -> Response:

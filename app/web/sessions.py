@@ -14,6 +14,8 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ...schema.person_roles import TOKEN_PERSON, Person
+
 #: Seconds without a request, and seconds at all, after which a session has ended (OWASP, Session
 #: Management Cheat Sheet): a break at the bench, and a working day.
 IDLE_S = 2 * 3600.0
@@ -23,7 +25,11 @@ SESSIONS = 1_000
 
 
 @dataclass
-class _Session:
+class OpenSession:
+    """Whose session it is; `generation` is that of the user when it began (`schema.users`)."""
+
+    person: Person
+    generation: int
     began: float
     used: float
 
@@ -33,32 +39,45 @@ class Sessions:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._open: OrderedDict[bytes, _Session] = OrderedDict()
+        self._open: OrderedDict[bytes, OpenSession] = OrderedDict()
 
-    def begin(self) -> str:
+    def begin(self, person: Person = TOKEN_PERSON, generation: int = 0) -> str:
         """A new session's identifier, of 256 random bits."""
         identifier, now = secrets.token_urlsafe(32), self._clock()
         while len(self._open) >= SESSIONS:
             self._open.popitem(last=False)
-        self._open[_digest(identifier)] = _Session(now, now)
+        self._open[_digest(identifier)] = OpenSession(person, generation, now, now)
         return identifier
 
     def is_open(self, identifier: str) -> bool:
         """Whether the session is open; a request that asks this is a use of it."""
+        return self.find(identifier) is not None
+
+    def find(self, identifier: str) -> OpenSession | None:
+        """The open session; a request that asks this is a use of it."""
         digest, now = _digest(identifier), self._clock()
         session = self._open.get(digest)
         if session is None:
-            return False
+            return None
         if now - session.used > IDLE_S or now - session.began > LIFETIME_S:
             del self._open[digest]
-            return False
+            return None
         session.used = now
         self._open.move_to_end(digest)
-        return True
+        return session
 
     def end(self, identifier: str) -> None:
         """End one session; one that is not open stays so."""
         self._open.pop(_digest(identifier), None)
+
+    def end_of(self, user_id: int) -> None:
+        """End every session of a user, on all devices."""
+        for digest in [
+            key
+            for key, open_session in self._open.items()
+            if open_session.person.user_id == user_id
+        ]:
+            del self._open[digest]
 
     def end_all(self) -> None:
         """End every session, on all devices."""

@@ -38,12 +38,15 @@ class Settings:
     max_body_bytes: int = MEGABYTE
     works: bool = True
     trusted_proxies: tuple[str, ...] = ()
+    #: Whether people sign in with a name and a password, also where there is no token.
+    asks_people: bool = False
 
     def __post_init__(self) -> None:
-        if self.token is None and not is_loopback(self.host):
+        if self.token is None and not self.asks_people and not is_loopback(self.host):
             raise SettingsError(
                 f"--host {self.host} can be reached by others: give them a token to know, "
-                "--token WORD or PYROSHOCK_TOKEN (16 characters or more)"
+                "--token WORD or PYROSHOCK_TOKEN (16 characters or more), or let in users alone "
+                "with --users"
             )
         if self.token is not None and len(self.token) < 16:
             raise SettingsError(

@@ -17,8 +17,10 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request
 
 from ..jobs.queue import JobView
+from ..operations.faults import read
 from ..operations.fields import without_presentation
 from ..operations.form import read_form
+from ..operations.ingest.describe import DESCRIBE, Description
 from ..operations.ingest.folder import INGEST
 from ..operations.laboratory import Laboratory
 from ..operations.machine_paths import CARD, MachinePath
@@ -45,7 +47,8 @@ def unpacked(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: i
     """Files as a browser sends them (name or path within the folder, content), written below
     `target`.
 
-    Returns the folder that holds the campaign.toml. Raises `UploadError`.
+    Returns the folder that holds the campaign.toml; where there is none, the folder that holds
+    everything. Raises `UploadError`.
     """
     if not files:
         raise UploadError("no file was sent; choose the campaign's folder, or its ZIP")
@@ -148,10 +151,38 @@ def copy_file(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
 def _campaign(target: Path) -> Path:
     cards = sorted(target.rglob(CARD), key=lambda path: len(path.parts))
     if not cards:
-        raise UploadError(f"no {CARD} among the files; it stands in the campaign's folder")
+        if not any(path.suffix.lower() in _recorded_suffixes() for path in target.rglob("*")):
+            raise UploadError(
+                f"no {CARD} and no recording among the files; choose the campaign's folder, or "
+                "the folder of its recordings"
+            )
+        return _common_folder(target)
     if len(cards) > 1 and len(cards[0].parts) == len(cards[1].parts):
         raise UploadError(f"{len(cards)} campaigns among the files; upload one at a time")
     return cards[0].parent
+
+
+def _recorded_suffixes() -> set[str]:
+    from ...ingest.readers import all_readers
+
+    return {suffix for reader in all_readers() for suffix in reader.suffixes}
+
+
+def _common_folder(target: Path) -> Path:
+    """The innermost folder that holds all files: recordings that nobody has described yet."""
+    folder = target
+    while True:
+        inside = [path for path in folder.iterdir() if not path.name.startswith("__MACOSX")]
+        if len(inside) != 1 or not inside[0].is_dir():
+            return folder
+        # a folder of recordings below the campaign's own stays below it
+        if inside[0].name.lower() in _PLAIN_FOLDERS and folder != target:
+            return folder
+        folder = inside[0]
+
+
+#: What folders of recordings within a campaign's folder are called.
+_PLAIN_FOLDERS = ("recordings", "data", "raw", "measurements")
 
 
 def upload_form() -> dict[str, Any]:
@@ -163,11 +194,19 @@ def upload_form() -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": body}}}}
 
 
+def _kept_for_form(scratch: Path, folder: Path) -> tuple[Path, Path]:
+    """An upload under the name of one that stays, and the folder within it."""
+    kept = make_scratch(dry_run=True)
+    kept.rmdir()
+    scratch.rename(kept)
+    return kept, kept / folder.relative_to(scratch)
+
+
 async def asked_of_upload(
     http: Request, laboratory: Laboratory, jobs: Jobs, settings: Settings
 ) -> JobView:
     """The job of an ingest whose form brings the `files` in place of the path; other controls are
-    its fields.
+    its fields. Recordings without a campaign.toml are read for the form of a campaign.
 
     Raises `UploadError`, `RequestError` and `FieldError`, and nothing is kept.
     """
@@ -182,9 +221,16 @@ async def asked_of_upload(
             if isinstance(upload, UploadFile)
         ]
         files = [file for file in sent if file[0]]
-        scratch = make_scratch(dry_run=bool(texts.get("dry_run")))
+        is_dry_run = bool(texts.get("dry_run"))
+        scratch = make_scratch(dry_run=is_dry_run)
         try:
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
+            if not (folder / CARD).is_file():
+                if not is_dry_run:  # its form keeps the files, as a check does
+                    scratch, folder = _kept_for_form(scratch, folder)
+                path = MachinePath(path=folder, scratch=scratch)
+                described = read(Description, {"path": path}, "network")
+                return await run_in_threadpool(ask_operation, DESCRIBE, described, laboratory, jobs)
             read_already = {"path": MachinePath(path=folder, scratch=scratch)}
             request = read_form(INGEST, texts, files=read_already)
             return await run_in_threadpool(ask_operation, INGEST, request, laboratory, jobs)

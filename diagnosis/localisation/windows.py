@@ -10,7 +10,7 @@ from ...array_types import Floats, Rows
 from ..verdict import FrequencyBand, TimeWindow
 
 #: Up to which part of its peak a pulse is said to agree, and by how many dB a spectrum.
-_PULSE_TOLERANCE, _SPECTRUM_TOLERANCE_DB = 0.03, 0.5
+PULSE_TOLERANCE, SPECTRUM_TOLERANCE_DB = 0.03, 0.5
 #: Down to which part of the impulse a pulse's amplitude spectrum is looked at.
 _AUDIBLE = 0.1
 _LINES_AN_OCTAVE = 6
@@ -42,7 +42,7 @@ def time_windows(
         [*starts, len(time_s)]
     )
     edges = time_s[[*starts, len(time_s) - 1]]
-    stretches = spans(averages, configuration, _PULSE_TOLERANCE, rng)
+    stretches = spans(averages, configuration, PULSE_TOLERANCE, rng)
     return tuple(
         TimeWindow(channel, float(edges[first]), float(edges[last + 1]))
         for first, last in stretches
@@ -66,7 +66,7 @@ def frequency_bands(
         edges = np.array(
             [frequency_hz[0] ** 2 / middle[0], *middle, frequency_hz[-1] ** 2 / middle[-1]]
         )
-    stretches = spans(residual_db, configuration, _SPECTRUM_TOLERANCE_DB, rng)
+    stretches = spans(residual_db, configuration, SPECTRUM_TOLERANCE_DB, rng)
     return tuple(
         FrequencyBand(channel, float(edges[first]), float(edges[last + 1]))
         for first, last in stretches

@@ -6,7 +6,7 @@ import datetime as dt
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -90,14 +90,52 @@ class CampaignFile:
     def fingerprint(self) -> str:
         """SHA-256 of what two parts of one campaign must share: kind, date, bench and known
         facts."""
-        parts = {key: asdict(part) if part else None for key, part in self.bench.items()}
-        facts = [facts_to_json(self.known_facts)] if self.known_facts else []
-        text = json.dumps([self.kind, self.date.isoformat(), parts, *facts], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return campaign_fingerprint(self.kind, self.date, self.bench, self.known_facts)
 
     @property
-    def bench(self) -> dict[str, GunPart | HammerPart | PlatePart | None]:
+    def bench(self) -> BenchParts:
         return {"gun": self.gun, "hammer": self.hammer, "plate": self.plate}
+
+
+#: The parts of a bench by the names of their tables; None of one that there is not.
+BenchParts = Mapping[str, GunPart | HammerPart | PlatePart | None]
+
+
+def campaign_fingerprint(
+    kind: str, date: dt.date, bench: BenchParts, known_facts: Iterable[KnownFact]
+) -> str:
+    """SHA-256 of what two parts of one campaign must share.
+
+    Parameters:
+        kind: The kind of the campaign.
+        date: Its date.
+        bench: The parts of its bench, with gun, hammer and plate.
+        known_facts: What the laboratory measured of its bench.
+    """
+    parts = {key: asdict(part) if part else None for key, part in bench.items()}
+    facts = facts_to_json(known_facts)
+    text = json.dumps([kind, date.isoformat(), parts, *([facts] if facts else [])], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_bench(bench: Mapping[str, Any]) -> BenchParts:
+    """The parts of a bench as `[bench]` of campaign.toml states them.
+
+    Parameters:
+        bench: The tables gun, hammer and plate, each with its keys; one that is missing is no part
+            of the bench.
+
+    Raises:
+        IngestError: For what is not understood, with key, value and what was expected.
+    """
+    faults = Faults()
+    parts = {
+        "gun": faults.of(_gun, bench),
+        "hammer": faults.of(_hammer, bench),
+        "plate": faults.of(_plate, bench),
+    }
+    faults.refuse()
+    return parts
 
 
 def read_campaign_file(folder: Path) -> CampaignFile:

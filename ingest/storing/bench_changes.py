@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from ...schema.benches import Material, ModalTable, Mode, Plate
 from ...schema.campaigns import Campaign
+from ...schema.corrected_facts import StoredCorrection, list_corrections
 from ...schema.known_facts import KnownFact, facts_from_json
 from ...schema.recordings import RecordedChannel, Recording
 from ...signals.calibration import Calibration
@@ -28,6 +29,9 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
     if row.fingerprint == file.fingerprint:
         return
     differences = bench_differences(session, row, file)
+    corrections = list_corrections(session, [row.name])
+    if corrections and not differences:
+        return  # its fingerprint was made anew, without the name of the modal table's file
     changes = [fact for fact in differences if fact[2] is not None] or differences
     words = (
         "; ".join(difference(*fact) for fact in changes)
@@ -35,8 +39,26 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
     )
     raise IngestError(
         f"campaign.toml: campaign {file.name!r} is in the store with another kind, date, bench or "
-        f"known fact: {words}; restore the stored values, or give this campaign another name"
+        f"known fact: {words}{corrected_words(corrections, [name for name, _, _ in changes])}; "
+        "restore the stored values, or give this campaign another name"
     )
+
+
+def corrected_words(corrections: Sequence[StoredCorrection], names: Sequence[str]) -> str:
+    """Why the store says otherwise than a folder, where it was corrected: behind what differs.
+
+    Parameters:
+        corrections: Those of the campaign, the newest first.
+        names: Names of the facts that differ.
+    """
+    by_fact = {item.fact: item for item in reversed(corrections)}
+    words = [
+        f"{name} was corrected in the store on {by_fact[name].corrected_at:%Y-%m-%d} "
+        f"({by_fact[name].reason})"
+        for name in names
+        if name in by_fact
+    ]
+    return f"; {', '.join(words)}" if words else ""
 
 
 def bench_additions(session: Session, row: Campaign, file: CampaignFile) -> list[str]:
@@ -48,6 +70,8 @@ def bench_additions(session: Session, row: Campaign, file: CampaignFile) -> list
     if row.fingerprint == file.fingerprint:
         return []
     differences = bench_differences(session, row, file)
+    if not differences and list_corrections(session, [row.name]):
+        return []
     if not differences or any(stored is not None for _, _, stored in differences):
         refuse_other_campaign(session, row, file)
     return [f"{name} = {given}" for name, given, _ in differences]

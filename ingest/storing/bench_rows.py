@@ -12,7 +12,7 @@ from ...schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate, m
 from ...schema.campaigns import Campaign
 from ...schema.known_facts import facts_to_json
 from ...schema.transactions import add_or_get, fingerprint_of, get_or_add
-from ..folder.campaign_file import CampaignFile, PlatePart
+from ..folder.campaign_file import BenchParts, CampaignFile, PlatePart
 from ..folder.modal_table import ModalTableFile
 from .bench_changes import refuse_other_campaign
 
@@ -50,20 +50,45 @@ def campaign_values(
     }
 
 
+def bench_keys(
+    session: Session, bench: BenchParts, modal_table: tuple[int, str] | None
+) -> dict[str, int | None]:
+    """Keys of the parts of a bench, which are added on first sight.
+
+    Parameters:
+        session: A session that writes to the store.
+        bench: The parts.
+        modal_table: Key and fingerprint of the modal table that a stored plate has; None of a plate
+            without one.
+    """
+    gun, hammer, plate = bench["gun"], bench["hammer"], bench["plate"]
+    assert plate is None or isinstance(plate, PlatePart)
+    return {
+        "gun_id": _part(session, Gun, vars(gun)).id if gun else None,
+        "hammer_id": _part(session, Hammer, vars(hammer)).id if hammer else None,
+        "plate_id": _plate_row(session, plate, modal_table).id if plate else None,
+    }
+
+
 def _part(session: Session, model: type[Part], content: dict[str, float]) -> Part:
     return get_or_add(session, model, {"fingerprint": fingerprint_of(content)}, content)
 
 
 def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> Plate:
     table = _modal_table(session, modes) if modes else None
+    return _plate_row(session, part, (table.id, table.fingerprint) if table else None)
+
+
+def _plate_row(session: Session, part: PlatePart, modal_table: tuple[int, str] | None) -> Plate:
+    table_id, table_fingerprint = modal_table or (None, None)
     outline = [list(corner) for corner in part.outline_m] if part.outline_m else None
     values: dict[str, Any] = {
-        "modal_table_id": table.id if table else None,
+        "modal_table_id": table_id,
         "material_id": material_id(session, part.material) if part.material else None,
         "thickness_m": part.thickness_m,
         "outline_m": outline,
     }
-    content = [modes.fingerprint if modes else None, part.material, part.thickness_m, outline]
+    content = [table_fingerprint, part.material, part.thickness_m, outline]
     return get_or_add(session, Plate, {"fingerprint": fingerprint_of(content)}, values)
 
 

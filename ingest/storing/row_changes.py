@@ -11,11 +11,14 @@ from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from ...schema.configurations import configuration_fingerprint
+from ...schema.corrected_facts import list_corrections
+from ...schema.known_factors import column_of
 from ...schema.recordings import STORED
 from ..errors import IngestError, difference
 from ..extraction.gunshot import reported_uncertainty
 from ..folder.campaign_file import CampaignFile
 from ..folder.runs_table import RunRow
+from .bench_changes import corrected_words
 from .stored_rows import RecordingState, StoredRow, reported_velocity
 
 #: Run and repetition.
@@ -114,9 +117,11 @@ def refuse_changed_rows(
             replace = (
                 "" if stored.recording is None else f", {way_out(file.name, stored.recording)}"
             )
+            columns = [column_of(change.split(" is ")[0])[0] for change in changes]
+            corrected = corrected_words(list_corrections(session, [file.name]), columns)
             raise IngestError(
                 f"{where} is in the store with other factors, velocity or "
-                f"bullet: {'; '.join(changes)}; "
+                f"bullet: {'; '.join(changes)}{corrected}; "
                 f"restore the stored values, or give the corrected run a number of its own{replace}"
             )
 

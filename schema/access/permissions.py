@@ -3,11 +3,14 @@ login lacks a role, which one. A file of SQLite is its owner's, whole."""
 
 from __future__ import annotations
 
+import re
+
 from sqlalchemy import Connection, Engine, func, select, text
 from sqlalchemy.exc import DBAPIError
 
 from ..engine import StoreError, StoreRoleError, describe, first_line
 from ..tables import metadata
+from ..users import SECRET_TABLES
 
 READER, OPERATOR, ADMIN = ROLES = ("pyroshock_reader", "pyroshock_operator", "pyroshock_admin")
 
@@ -17,7 +20,13 @@ VERSION = "alembic_version"
 #: calibration and samples, what the checks said of them, and who wrote what. Where the software
 #: itself must change one as an operator, a function does it that looks whether it may
 #: (`append_only.py`).
-APPEND_ONLY = ("recordings", "channels", "series_chunks", "quality_findings", "provenance")
+APPEND_ONLY = (
+    *("recordings", "channels", "series_chunks", "quality_findings", "provenance"),
+    *("audit_rows", "notes"),
+)
+#: People, and what they sign in with: an operator's login looks them up, and the admin's alone
+#: writes them. The hashes are nothing for a reader's.
+PEOPLE = ("users", *SECRET_TABLES)
 #: Of these an operator changes some columns: hits are linked to their plan and to corrected
 #: settings, pulses are taken into use, a campaign's bench is completed. To which recording and
 #: campaign they belong, and their figures, stay.
@@ -28,9 +37,12 @@ CHANGED_COLUMNS = {
     "pulses": ("current", *_BY_SOFTWARE),
     "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", "known_facts", *_BY_SOFTWARE),
 }
-#: Figures that are computed from the samples, and replaced when they are computed anew; and
-#: versions of models that are deleted in their registry.
-DELETED_FROM = ("channel_figures", "registered_versions")
+#: Figures that are computed from the samples, and replaced when they are computed anew; versions
+#: of models that are deleted in their registry; tags and saved filters that nobody wants; and
+#: pictures of the first page, which are ordered anew.
+DELETED_FROM = (
+    *("channel_figures", "registered_versions", "tags", "saved_filters", "home_pictures"),
+)
 #: Functions of the store that an operator may call, with the types of their arguments.
 FUNCTIONS = (
     "pyroshock_delete_set_aside(integer)",
@@ -118,13 +130,13 @@ def rights_on(table: str) -> list[tuple[str, str]]:
     operator = {"SELECT", "INSERT", "UPDATE"}
     if table in (*APPEND_ONLY, *CHANGED_COLUMNS):
         operator -= {"UPDATE"}
-    if table == VERSION:
+    if table in (VERSION, *PEOPLE):
         operator = {"SELECT"}
     if table in DELETED_FROM:
         operator |= {"DELETE"}
     admin = ("SELECT", "INSERT", "UPDATE", "DELETE")
     return [
-        (READER, "SELECT"),
+        *([] if table in SECRET_TABLES else [(READER, "SELECT")]),
         *((OPERATOR, right) for right in sorted(operator)),
         *((ADMIN, r) for r in admin),
     ]
@@ -155,7 +167,12 @@ def needed_role(error: DBAPIError) -> str | None:
         return None
     statement = error.statement or ""
     words = statement.split() or [""]
+    named = set(re.findall(r"\w+", statement))
+    if named & {*PEOPLE} and words[0].upper() in _CHANGE_ROWS:
+        return ADMIN
     if words[0].upper() == "SELECT":
+        if named & {*SECRET_TABLES}:
+            return OPERATOR
         # a key is reserved before its row is inserted
         words_of_writers = (
             "FOR UPDATE",

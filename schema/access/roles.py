@@ -18,12 +18,14 @@ from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import DBAPIError
 
 from ..engine import StoreError, StoreRoleError, describe
+from ..users import SECRET_TABLES
 from .permissions import (
     ADMIN,
     APPEND_ONLY,
     CHANGED_COLUMNS,
     DELETED_FROM,
     OPERATOR,
+    PEOPLE,
     READER,
     ROLES,
     VERSION,
@@ -178,6 +180,10 @@ def grant_rights(connection: Connection) -> None:
         run(connection, statement, names)
     for table in tables_of(connection):
         named = names | {"table": identifier(table)}
+        if table in PEOPLE:
+            run(connection, "REVOKE INSERT, UPDATE ON TABLE {table} FROM {operator}", named)
+        if table in SECRET_TABLES:
+            run(connection, "REVOKE ALL ON TABLE {table} FROM {reader}", named)
         if table in DELETED_FROM:
             run(connection, "GRANT DELETE ON TABLE {table} TO {operator}", named)
         for column in changed_columns(connection, table):

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from ..campaign_counts import count_added
 from ..campaigns import Campaign, Configuration, Plan, PlannedRun
+from ..corrections import FactCorrection
 from ..diagnoses import Diagnosis, TwinVersion
 from ..impacts import (
     ChannelFigures,
@@ -251,6 +252,7 @@ def _rows(part: Part) -> list[tuple[Any, Any]]:
         steps = [
             (TwinVersion, TwinVersion.campaign_id == part.campaign_id),
             (Diagnosis, Diagnosis.campaign_id == part.campaign_id),
+            (FactCorrection, FactCorrection.campaign_id == part.campaign_id),
             *steps,
             (Campaign, Campaign.id == part.campaign_id),
         ]

@@ -7,19 +7,19 @@ from __future__ import annotations
 import hashlib
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from sqlalchemy import URL, Connection, create_engine, func, select, text
+from sqlalchemy import URL, ColumnElement, Connection, create_engine, func, select, text
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import NullPool
 
 from .. import migrate
-from ..campaign_rows import members
+from ..campaign_rows import members, members_of_recording
 from ..campaigns import Campaign
 from ..engine import StoreError, first_line, make_engine
 from ..integrity.checking import Check, checks, iter_findings
@@ -33,7 +33,7 @@ from ..integrity.checks.series import check_series
 from ..integrity.findings import IntegrityFinding
 from ..listings import get_campaign_id
 from ..provenance import Provenance
-from ..removal.part import campaign_part
+from ..removal.part import Part, campaign_part
 from ..removal.removing import content_hash
 from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, load
 from ..session import Store
@@ -70,13 +70,40 @@ def export_campaign(
             key = get_campaign_id(session, campaign)
             origin = session.connection()
             _refuse_damaged(origin, campaign, key)
-            rows = _carried(origin, copy, key, progress)
+            rows = _carried(origin, copy, members(key), progress)
         engine.dispose()
         partial.rename(out)
     finally:
         engine.dispose()
         partial.unlink(missing_ok=True)
     return rows
+
+
+def export_recording(store: Store, part: Part, out: Path) -> None:
+    """Write one recording with its hits to a new file, from which `merging.import_file` takes it
+    back.
+
+    Parameters:
+        store: The open store.
+        part: The recording.
+        out: The path of the file. One that is there already was written by an earlier call, and
+            stays.
+    """
+    if out.exists() or part.recording_id is None:
+        return
+    out.parent.mkdir(parents=True, exist_ok=True)
+    partial = out.with_name(out.name + ".part")
+    partial.unlink(missing_ok=True)
+    engine = make_engine(address_of(partial))
+    try:
+        with store.reading() as session, initialise_store(engine) as copy:
+            chosen = members_of_recording(part.campaign_id, part.recording_id)
+            _carried(session.connection(), copy, chosen, None)
+        engine.dispose()
+        partial.rename(out)
+    finally:
+        engine.dispose()
+        partial.unlink(missing_ok=True)
 
 
 def address_of(file: Path) -> str:
@@ -97,9 +124,11 @@ def _refuse_damaged(origin: Connection, campaign: str, key: int) -> None:
 
 
 def _carried(
-    origin: Connection, copy: Connection, campaign: int, progress: Progress | None
+    origin: Connection,
+    copy: Connection,
+    chosen: Mapping[str, ColumnElement[bool]],
+    progress: Progress | None,
 ) -> dict[str, int]:
-    chosen = members(campaign)
     tables = [table for table in metadata.sorted_tables if table.name in chosen]
     counts = [
         origin.scalar(select(func.count()).select_from(t).where(chosen[t.name])) or 0

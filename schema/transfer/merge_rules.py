@@ -94,13 +94,16 @@ RULES = (
     MergeRule("channel_figures", owner="channel_id"),
     MergeRule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
     MergeRule("quality_findings", owner="recording_id"),
+    MergeRule("fact_corrections", owner="campaign_id"),
     MergeRule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
 )
 
 
 #: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job
-#: is a machine's, a tombstone tells of what that store no longer has, and a model is in a registry
-#: of its own.
+#: is a machine's, a tombstone tells of what that store no longer has, a model is in a registry of
+#: its own, and a saved view and the pictures of the first page are of all that its store holds.
+#: People, what they have done there, and what they have written beside the rows, are the
+#: laboratory's own, too.
 STAY_BEHIND = frozenset(
     {
         "dataset_snapshots",
@@ -109,6 +112,15 @@ STAY_BEHIND = frozenset(
         "jobs",
         "tombstones",
         "registered_versions",
+        "saved_views",
+        "home_pictures",
+        "users",
+        "password_hashes",
+        "personal_tokens",
+        "audit_rows",
+        "notes",
+        "tags",
+        "saved_filters",
     }
 )
 #: Follow from the rows that were taken: who wrote them, and how many there are.

@@ -54,8 +54,11 @@ LISTS: dict[str, list[tuple[str, tuple[str, ...]]]] = {
         ("predict --plan no-such-plan", STORE),
         ("predict --campaign no-such-campaign", STORE),
         ("predict --tip no-such-material", STORE),
+        ("views list", STORE),
+        ("home list", STORE),
         ("plan factorial sheets", (*STORE, *ARRAYS)),
         ("predict --impact-position #99", (*STORE, *ARRAYS)),
+        ("explore --kind control", (*STORE, *ARRAYS)),
         (f"predict --campaign {HAMMER}", (*STORE, *ARRAYS)),  # it has no gun, and needs a velocity
         ("train no-such-dataset --models linear", (*STORE, *ARRAYS)),
     ],

@@ -4,10 +4,12 @@ its lead."""
 from __future__ import annotations
 
 import pytest
+from pyroshock.app.figures.figure import BoxSeries, PointSeries
 from pyroshock.app.operations.train.charts import (
     difference_figure,
     differences_to,
     history_figure,
+    residual_figures,
     training_figures,
 )
 from pyroshock.app.operations.train.wording import (
@@ -107,12 +109,12 @@ def test_the_better_version_is_named_only_beyond_chance():
     said = difference_sentence(pair(-0.006, ci90=[-0.0095, -0.0025]), means, "configurations")
     assert said.text == (
         "gp@1 is better than tree@1 in the force error on configurations that they have not seen: "
-        "4.4 % against 5 %; the difference of the errors is 0.6 % (90 % interval 0.25 % to "
-        "0.95 %); p is 0.01."
+        "4.4 % against 5 %; the difference of the errors is 0.6 % points (90 % interval "
+        "0.25 % points to 0.95 % points); p is 0.01."
     )
     said = difference_sentence(pair(0.006, 0.3), {"gp@1": 0.05, "tree@1": 0.044})
     assert "tree@1 and gp@1 cannot be told apart" in said.text
-    assert said.text.endswith("0.6 %, which may be chance; p is 0.3.")
+    assert said.text.endswith("0.6 % points, which may be chance; p is 0.3.")
     assert "have the same force error" in difference_sentence(pair(0.0), means).text
 
 
@@ -144,3 +146,18 @@ def test_a_history_needs_two_versions_and_two_steps():
     }
     (sentence,) = training_figures(histories)
     assert sentence == "Learning curve of the contact force: loss after each step of the training"
+
+
+def test_a_level_of_few_pulses_is_shown_as_pulses_and_not_as_a_box():
+    """Quartiles of one pulse are that pulse, drawn as if more were known."""
+    labels = ["steel"] * 6 + ["PLA"]
+    columns = {
+        "peak_force_error": [0.1 * place for place in range(7)],
+        "factors": {"tip_material": labels},
+        "tip_material": labels,
+        "impact_velocity_m_s": [1.0 + place for place in range(7)],
+    }
+    box, pulses = residual_figures(columns)["by the levels of the factors"].series
+    assert isinstance(box, BoxSeries) and isinstance(pulses, PointSeries)
+    assert box.position.tolist() == [0.0] and len(box.samples[0]) == 6
+    assert pulses.x.tolist() == [1.0] and pulses.y.tolist() == pytest.approx([60.0])

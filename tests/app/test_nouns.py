@@ -17,7 +17,17 @@ from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures
 from support.stores.stores import opened, refusal, run_pyroshock
 
-NOUNS = ("campaigns", "plans", "runs", "impacts", "datasets", "models", "diagnoses", "jobs")
+NOUNS = (
+    "campaigns",
+    "plans",
+    "runs",
+    "impacts",
+    "datasets",
+    "models",
+    "diagnoses",
+    "jobs",
+    "views",
+)
 
 
 @pytest.fixture(scope="module")

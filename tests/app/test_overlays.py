@@ -188,6 +188,15 @@ def test_spectrum_is_the_records_own_and_of_the_oscillators_asked_for(spectrum_s
     np.testing.assert_array_equal(spectra.frequency_hz, [100.0, 1000.0])
 
 
+def test_spectra_are_compared_with_one_of_them(spectrum_store):
+    """The second record is the first twice as loud: 6.02 dB above it."""
+    overlay = spectra_over(spectrum_store, 1, 2, channel="plate", reference=1)
+    np.testing.assert_allclose(overlay.comparison.error_db[0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(overlay.comparison.error_db[1], 6.0206, atol=1e-4)
+    with pytest.raises(ValueError, match="impact 5 has no spectrum to compare with"):
+        spectra_over(spectrum_store, 1, 5, reference=5)
+
+
 def test_spectra_are_held_against_their_mean_in_decibels_or_a_specification(spectrum_store):
     overlay = spectra_over(spectrum_store, 1, 2, channel="plate")
     quiet, loud = (spectrum_of_channel.spectrum.maximax for spectrum_of_channel in overlay.spectra)

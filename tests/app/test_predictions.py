@@ -140,21 +140,23 @@ def prediction(*extrapolation, outside=(), **own):
 
 @pytest.mark.parametrize(("item", "text"), [
     (PRESSURE,
-     "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."),
+     "Tank pressure 10 bar is above the 0.5 to 6.7 bar of the shots that were learned from."),
     (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),
-     "Impactor mass 1 kg is beyond the 0.32 kg of the shots that were learned from."),
+     "Impactor mass 1 kg is above the 0.32 kg of the shots that were learned from."),
+    (Extrapolation("impactor_mass", 8.1, 9.31, 9.31),
+     "Impactor mass 8.1 kg is below the 9.31 kg of the shots that were learned from."),
     (Extrapolation("impact_velocity_m_s", 31.4159, 2.0, 20.0),
-     "Impact velocity 31.42 m/s is beyond the 2 to 20 m/s of the shots that were learned from."),
+     "Impact velocity 31.42 m/s is above the 2 to 20 m/s of the shots that were learned from."),
     (Extrapolation("tip_radius_m", 0.06, 0.015, 0.03),
-     "Tip radius 60 mm is beyond the 15 to 30 mm of the shots that were learned from."),
+     "Tip radius 60 mm is above the 15 to 30 mm of the shots that were learned from."),
     (Extrapolation("plate_youngs_modulus", 69.9e9, 2e11, 2.1e11),
-     "Plate Young's modulus 69.9 GPa is beyond the 200 to 210 GPa of the shots that were learned "
+     "Plate Young's modulus 69.9 GPa is below the 200 to 210 GPa of the shots that were learned "
      "from."),
     (Extrapolation("tip_density", 1240.0, 2700.0, 7800.0),
-     "Tip density 1240 kg/m³ is beyond the 2700 to 7800 kg/m³ of the shots that were learned "
+     "Tip density 1240 kg/m³ is below the 2700 to 7800 kg/m³ of the shots that were learned "
      "from."),
     (Extrapolation("humidity", 0.9, 0.2, 0.5),
-     "Humidity 0.9 is beyond the 0.2 to 0.5 of the shots that were learned from."),
+     "Humidity 0.9 is above the 0.2 to 0.5 of the shots that were learned from."),
 ])  # fmt: skip
 def test_range_is_told_in_units_of_the_lab(item, text):
     assert extrapolation_sentence(item).text == text

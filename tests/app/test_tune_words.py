@@ -7,16 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.app.figures.figure import PointSeries
 from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.operation_kind import kind_of
 from pyroshock.app.operations.faults import read
 from pyroshock.app.operations.impacts.spectra import target_from_upload
 from pyroshock.app.operations.train.train import TRAIN, Training
-from pyroshock.app.operations.tune.figures import target_figure
+from pyroshock.app.operations.tune.figures import choices_figure, target_figure
 from pyroshock.app.operations.tune.request import Tuning
-from pyroshock.app.operations.tune.verdict import answer_sentences, best_sentences
+from pyroshock.app.operations.tune.target_words import target_sentence
+from pyroshock.app.operations.tune.verdict import (
+    answer_sentences,
+    best_sentences,
+    choice_sentences,
+)
 from pyroshock.app.operations.validate.request import ValidationRequest
-from pyroshock.app.pages.tune import target_sentence
 from support.checks.drawn_series import named_series
 
 SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,300\n10000,300\n"
@@ -91,6 +96,40 @@ def test_figures_are_those_of_the_setting_that_is_called_the_best() -> None:
     first, second = data["proposals"][0], dict(data["proposals"][0])
     data["proposals"] = [first | {"probability_met": 0.01}, second | {"probability_met": 0.015}]
     assert "a probability of 1 % that" in first_sentence(data)
+
+
+def test_each_further_setting_says_what_it_is_better_at() -> None:
+    data = answer(0.6, True)
+    first = data["proposals"][0] | {"rank": 1, "better_at": []}
+    first["merits"] = {"margin_db": 0.25, "band_db": 2.4, "scatter_db": None, "shots": 0,
+                       "changes": 3}  # fmt: skip
+    second = first | {"rank": 2, "better_at": ["margin", "repeatability", "measured", "effort"]}
+    second["merits"] = {"margin_db": 0.5, "band_db": 2.4, "scatter_db": 0.4, "shots": 12,
+                        "changes": 1}  # fmt: skip
+    data["proposals"] = [first, second]
+    (said,) = choice_sentences(data)
+    assert str(said) == (
+        "Setting 2 (4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1) has a larger "
+        "margin at its worst line (0.5 dB against 0.25 dB), shots that were repeated and scatter "
+        "by 0.4 dB (standard deviation; the best setting was not repeated), more measured shots "
+        "with its parts and bullet (12 against 0) and fewer parts or bullets to change from the "
+        "set-up of the last shot (1 against 3)."
+    )
+
+
+def test_probabilities_are_drawn_with_their_intervals_and_what_is_required() -> None:
+    """Wilson's interval of 240 of 400 at 90 %: 0.559 to 0.639."""
+    data = answer(0.6, True)
+    data["proposals"][0] |= {"rank": 1}
+    figure = choices_figure(data)
+    (points,) = figure.series
+    assert isinstance(points, PointSeries)
+    assert points.x_low is not None and points.x_high is not None
+    assert [points.x[0], points.x_low[0], points.x_high[0]] == pytest.approx(
+        [60.0, 55.9, 63.9], abs=0.1
+    )
+    assert [line.at for line in figure.reference_lines] == [50.0]
+    assert figure.y.categories == ("1: 4 bar, 0.5 kg, steel 45 mm",)
 
 
 def test_specification_lies_on_four_coordinate_paper() -> None:

@@ -118,6 +118,22 @@ def window(place: Place, address: str) -> None:
     place.names[address] = place.open_until_the_end.enter_context(lab).origin
 
 
+def laboratory(place: Place, address: str) -> None:
+    """The same, with a worker that goes on working: what a page asks for by HTTP is a job."""
+    from pyroshock.app.jobs.worker import Worker
+
+    work_once = Worker.run
+
+    def work(self: Worker, *, once: bool = False) -> int:
+        had = work_once(self)
+        while not once and not self.bench.ending.wait(0.05):
+            had += work_once(self)
+        return had
+
+    place.patch.setattr(Worker, "run", work)
+    window(place, address)
+
+
 def folders(place: Place, *paths: str) -> None:
     """Empty ones of this machine, which stand for a server's."""
     for path in paths:
@@ -226,6 +242,7 @@ GIVENS: dict[str, Given] = {
             databases,
             cluster,
             window,
+            laboratory,
             folders,
             few_models,
         ),

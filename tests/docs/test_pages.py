@@ -29,6 +29,7 @@ SLOW = {
     "docs/how-to/plan.md",
     "docs/explanation/plans.md",
     "docs/how-to/twin-from-python.md",
+    "docs/how-to/use-a-server-from-python.md",
     "docs/how-to/use-from-python.md",
     "docs/explanation/registry.md",
     "docs/tutorial/start.md",

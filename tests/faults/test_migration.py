@@ -145,16 +145,19 @@ COMMAND_LINES = (
     "tune --target target.csv", "diagnose spring", "diagnoses adopt 1",
     "report spring --out report.html",
     "serve --port 0", "work --once",
+    "users", "audit", "notes", "tags", "filters", "search x",
     "jobs", "export impacts --out impacts.csv", "materials", "db check",
     # The rest of a group whose first command is above.
     "campaigns deleted", "campaigns delete spring --reason r",
+    "campaigns correct spring --set tip_radius_mm=30 --reason r",
+    "runs restore spring 1.npz",
     "campaigns archive spring --out spring.pyroshock --reason r",
     "campaigns restore target.csv", "runs discard spring 1.npz --reason r",
     "runs replace spring 1.npz --from . --reason r",
     "plans list", "datasets list", "diagnoses list",
     "db backup kept", "models recover",
     "db upgrade", "db export spring --out spring.pyroshock", "db import target.csv",
-    "plan quality autumn", "plan list",
+    "plan quality autumn", "plan list", "explore", "views list", "home list",
 )  # fmt: skip
 #: These open no store, or one of their own.
 WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo", "plugins"}

@@ -5,7 +5,9 @@ commit the file.
 
 The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots
 with two diagnoses (one with details) and what was adopted from the first, a job that waits beside
-one that is done, and a tombstone, so that an upgrade is tried on every kind of row that they write.
+one that is done, a tombstone, and what people have left (a user with a password and a token, rows
+of the audit trail, notes, a tag and a saved filter), so that an upgrade is tried on every kind of
+row that they write.
 It is deflated: SQLite pages are mostly air.
 """
 
@@ -21,15 +23,22 @@ import numpy as np
 from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.corrections import FactCorrection
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
+from pyroshock.schema.home_pictures import HomePictureRow
 from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.registered_models import RegisteredVersion
+from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.session import Store, Writer, open_store
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))  # `support`, where this file is run by itself
+
+from support.stores.people_rows import add_people_rows  # noqa: E402  # its folder comes first
+
 EXAMPLES = HERE.parents[1] / "examples"
 SHOWN = np.array([0.04])
 
@@ -181,6 +190,47 @@ def add_registered_version(store: Store) -> None:
         )  # fmt: skip
 
 
+def add_saved_views(store: Store) -> None:
+    """One that is in use, and one that was deleted and left its name to it."""
+    when = datetime(2026, 1, 7, tzinfo=UTC)
+    with store.writing() as session:
+        for deleted in (when, None):
+            session.add(
+                SavedView(
+                    name="force by velocity",
+                    request={"x": "impact_velocity_m_s", "y": "peak_force_n"},
+                    saved_at=when,
+                    deleted_at=deleted,
+                )
+            )
+
+
+def add_home_pictures(store: Store) -> None:
+    with store.writing() as session:
+        session.add(HomePictureRow(picture="runs-by-plan", position=1))
+
+
+def add_correction(store: Store) -> None:
+    """A fact of the small campaign that was corrected."""
+    with store.writing() as session:
+        session.add(
+            FactCorrection(
+                campaign_id=get_campaign_id(session, "stored"),
+                fact="tip_radius_mm",
+                earlier=[{"value": "30", "hits": [[1, 1], [1, 2]]}],
+                value="31",
+                reason="measured anew",
+                corrected_at=datetime(2026, 1, 7, tzinfo=UTC),
+            )
+        )
+
+
+def add_people(store: Store) -> None:
+    """A user, what was changed, and what was written beside the rows."""
+    with store.writing() as session:
+        add_people_rows(session, "stored")
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -196,6 +246,10 @@ def main() -> int:
             add_jobs(store)
             add_tombstone(store)
             add_registered_version(store)
+            add_saved_views(store)
+            add_home_pictures(store)
+            add_correction(store)
+            add_people(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -177,7 +177,7 @@ def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(
     done("campaigns", "restore", out, "--db", db)
     assert {
         **counts(db),
-        **{table: before[table] for table in ("tombstones", "provenance")},
+        **{table: before[table] for table in ("tombstones", "provenance", "audit_rows")},
     } == before
 
 

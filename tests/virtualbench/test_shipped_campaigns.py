@@ -60,9 +60,14 @@ def test_a_step_is_at_most_twice_the_noise_of_its_sensor():
         assert 0 < step_of(sensor.name) <= 2 * sensor.noise
 
 
+#: Between processors the instant of an impact differs by less.
+INSTANT_S = 1e-7
+
+
 @CAMPAIGNS
 def test_a_recording_is_the_simulated_one_to_half_a_step(campaign, tmp_path):
-    """One step more for another processor: plates and shots agree to some 1e-9 of their peaks."""
+    """For another processor one step more, and what 0.1 µs change in a sample: the flight through
+    the barrel is solved to a tolerance, and ends some 0.04 µs earlier or later there."""
     plan = plan_of(campaign, tmp_path)
     run = campaign.shipped_runs(plan)[4]
     simulated = simulate_runs(plan, campaign, [run], tmp_path / "campaign")
@@ -76,7 +81,9 @@ def test_a_recording_is_the_simulated_one_to_half_a_step(campaign, tmp_path):
         assert set(channels) == set(archive.files) - {"fs"}
         for name, values in channels.items():
             difference = np.abs(values - archive[name][kept_samples])
-            assert difference.max() <= 1.5 * step_of(name)
+            slope = np.abs(np.gradient(archive[name][kept_samples])) * rate_hz
+            steepest_near = np.max([np.roll(slope, shift) for shift in (-2, -1, 0, 1, 2)], axis=0)
+            assert np.all(difference <= 1.5 * step_of(name) + INSTANT_S * steepest_near)
             assert np.median(difference) <= 0.5 * step_of(name)
             assert np.ptp(values) > 20 * step_of(name)
 

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from mlflow import MlflowClient
 
 _SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
+_CURVE_TAG = PREFIX + "learning_curve"
 
 
 class Registry:
@@ -186,6 +187,27 @@ class Registry:
                     raise
                 return {}  # trained before trials were kept
         return registered_searches(json.loads(content))
+
+    @patient
+    def keep_learning_curve(self, version: Version, points: Sequence[Mapping[str, Any]]) -> None:
+        """Store the learning curve of a version with the run that trained it, in the place of an
+        earlier one.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
+            points: The points as plain data (`LearningPoint.as_json`).
+        """
+        with self.connection.client() as client:
+            client.set_tag(version.run_id, _CURVE_TAG, json.dumps(list(points)))
+
+    def learning_curve(self, version: Version) -> list[dict[str, Any]]:
+        """The stored learning curve of a version; empty where none was computed.
+
+        Parameters:
+            version: An entry of `versions()`, which is the record of one split.
+        """
+        points: list[dict[str, Any]] = json.loads(self._run_of(version).tags.get(_CURVE_TAG, "[]"))
+        return points
 
     def damage(self, version: Version) -> str | None:
         """What is wrong with a version's files; None where they are those written.

@@ -42,7 +42,8 @@ class Obstacle:
     line that decides, `margin_db` its distance from the nearer edge of the tolerance, negative
     outside. `limits` are those of the bench, or of the model's domain, with value and range; empty
     where neither is the obstacle. `shot_scatter_db` is the standard deviation from shot to shot at
-    a line, where that is the obstacle.
+    a line, where that is the obstacle. `figures` are the settings and numbers of the sentence, each
+    with what it is.
     """
 
     kind: Kind
@@ -52,6 +53,7 @@ class Obstacle:
     margin_db: float
     limits: tuple[str, ...] = ()
     shot_scatter_db: float | None = None
+    figures: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,8 @@ def _bench_obstacles(evidence: Evidence, rng: np.random.Generator) -> list[Obsta
         f"A limit of the bench stands in the way: {setting_text(best.setting)} would reach "
         f"{_reached(best, evidence.goal)}, but goes beyond it: {'; '.join(limits)}."
     )
-    return [_of("bench limit", sentence, best, evidence.goal, limits)]
+    figures = (f"setting {setting_text(best.setting)}", _reached(best, evidence.goal))
+    return [_of("bench limit", sentence, best, evidence.goal, limits, figures)]
 
 
 def _candidates_beyond(evidence: Evidence) -> Iterator[Candidate]:
@@ -230,7 +233,15 @@ def _refused(evidence: Evidence) -> Obstacle:
         f"{setting_text(nearest.setting)}, is refused for: {'; '.join(nearest.refused)}."
     )
     return Obstacle(
-        "bench limit", sentence, 0.0, *_decisive(nearest.level_db, evidence.goal), nearest.refused
+        "bench limit",
+        sentence,
+        0.0,
+        *_decisive(nearest.level_db, evidence.goal),
+        nearest.refused,
+        figures=(
+            f"settings {evidence.result.examined}",
+            f"nearest {setting_text(nearest.setting)}",
+        ),
     )
 
 
@@ -247,11 +258,13 @@ def _outside(evidence: Evidence) -> list[Obstacle]:
         f"reach {_reached(best, evidence.goal)}, but the model has not learned from such shots: "
         f"{'; '.join(best.outside)}. --extrapolate proposes it."
     )
-    return [_of("model domain", sentence, best, evidence.goal, best.outside)]
+    figures = (f"setting {setting_text(best.setting)}", _reached(best, evidence.goal))
+    return [_of("model domain", sentence, best, evidence.goal, best.outside, figures)]
 
 
 def _unmeasured(evidence: Evidence) -> Obstacle:
-    """Of the proposal that would be best, were only the scatter from shot to shot left.
+    """Of the first proposal that would do, were only the scatter from shot to shot left, else of
+    the one that would be best: the answer is about the best setting wherever that is enough.
 
     The sentence is about the line of it that is the least sure today.
     """
@@ -260,10 +273,13 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
         probability_met(p.level_db, shot_covariance, evidence.goal, evidence.normals)
         for p in evidence.kept
     ]
-    place = max(
-        range(len(without)),
-        key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]),
-    )
+    enough = (i for i, probability in enumerate(without) if probability >= evidence.at_least)
+    place = next(enough, None)
+    if place is None:
+        place = max(
+            range(len(without)),
+            key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]),
+        )
     best, margin = evidence.kept[place], evidence.goal.margin_db(evidence.kept[place].level_db)
     half_db = (best.upper_db - best.lower_db) / 2
     line = int(np.argmax(half_db - margin))
@@ -282,7 +298,17 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
         "from. With nothing but the scatter from shot to shot the probability would be "
         f"{_percent(without[place])}: measure this setting and name its campaign (--measured)."
     )
-    return Obstacle("measured shots", sentence, without[place], frequency, decisive_db)
+    figures = (
+        f"setting {setting_text(best.setting)}",
+        f"expected {expected}",
+        f"90 % band ±{half_db[line]:.1f} dB at {evidence.goal.frequency_hz[line]:.0f} Hz",
+        f"edge {edge}",
+        f"measured shots {evidence.shots}",
+        f"probability {_percent(without[place])}",
+    )
+    return Obstacle(
+        "measured shots", sentence, without[place], frequency, decisive_db, figures=figures
+    )
 
 
 # --- the goal ---
@@ -299,7 +325,14 @@ def _tolerance(scatter: Obstacle, evidence: Evidence) -> Obstacle:
         f"{_percent(scatter.probability_without)}: widen the tolerance, or require fewer of the "
         "lines (--share)."
     )
-    return replace(scatter, kind="tolerance", sentence=sentence, shot_scatter_db=deviation)
+    figures = (
+        f"nearest expected spectrum {scatter.margin_db:.1f} dB at {scatter.frequency_hz:.0f} Hz",
+        f"scatter {deviation:.1f} dB",
+        f"probability {_percent(scatter.probability_without)}",
+    )
+    return replace(
+        scatter, kind="tolerance", sentence=sentence, shot_scatter_db=deviation, figures=figures
+    )
 
 
 def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
@@ -343,6 +376,11 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
             frequency,
             margin,
             (f"tank pressure {low:.3g} to {high:.3g} bar",),
+            figures=(
+                f"nearest {setting_text(nearest.setting)}",
+                f"level off by {abs(off_db):.1f} dB{rest}",
+                further.strip(),
+            ),
         )
     line, _ = goal.deciding_line(nearest.level_db)
     expected, prescribed = (10 ** (level[line] / 20) for level in (nearest.level_db, goal.level_db))
@@ -357,11 +395,27 @@ def _level_or_shape(evidence: Evidence, apart: Obstacle | None) -> Obstacle:
         f"{prescribed:,.0f} m/s2 is prescribed, {-margin:.1f} dB "
         f"{_beyond(nearest.level_db, goal)}.{further}"
     )
-    return Obstacle("shape", sentence, 0.0, frequency, margin)
+    figures = (
+        f"settings {evidence.result.examined}",
+        f"nearest {setting_text(nearest.setting)}",
+        f"lines within tolerance {within} of {goal.frequency_hz.size}, required {lines}",
+        f"{expected:,.0f} m/s2 where {prescribed:,.0f} m/s2 is prescribed",
+        f"{-margin:.1f} dB {_beyond(nearest.level_db, goal)} at {frequency:.0f} Hz",
+        further.strip(),
+    )
+    return Obstacle("shape", sentence, 0.0, frequency, margin, figures=figures)
 
 
-def _of(kind: Kind, sentence: str, best: Proposal, goal: Goal, limits: tuple[str, ...]) -> Obstacle:
-    return Obstacle(kind, sentence, best.probability_met, *_decisive(best.level_db, goal), limits)
+def _of(
+    kind: Kind,
+    sentence: str,
+    best: Proposal,
+    goal: Goal,
+    limits: tuple[str, ...],
+    figures: tuple[str, ...],
+) -> Obstacle:
+    decisive = _decisive(best.level_db, goal)
+    return Obstacle(kind, sentence, best.probability_met, *decisive, limits, figures=figures)
 
 
 def _promise(proposal: Proposal, goal: Goal) -> tuple[float, float]:

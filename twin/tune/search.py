@@ -16,6 +16,8 @@ from .space import Mount, TuningSpace, mount_of
 
 #: Settings that go to the forward model at a time.
 _BATCH = 512
+#: Of the settings that were fired so many are proposed again.
+_FIRED = 4
 
 
 @dataclass(frozen=True)
@@ -127,8 +129,8 @@ def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """The best allowed candidate of each of the best mounts, best first; the best refused one of
-    each mount.
+    """The best allowed candidate of each of the best mounts and of each mass and the best of those
+    that were fired already, best first; the best refused one of each mount.
 
     `nearest` is the allowed candidate with the most lines within tolerance, of these the one whose
     worst line lies nearest, among all `examined` ones; None where the bench refuses all, and then
@@ -157,18 +159,29 @@ def search(
             `Effort()`.
     """
     effort = effort or Effort()
-    examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *extra], "grid")
-    best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]
+    grid, fired = space.grid(effort.pressures, effort.masses), list(extra)
+    examined = searcher.candidates([*grid, *fired], "grid")
+    fired_candidates = [c for c in examined[len(grid) :] if not c.refused]
+    masses = space.impactor_mass_kg.grid(effort.masses)
+    allowed = [c for c in examined if not c.refused]
+    best = [
+        *best_of_mounts(allowed)[: effort.finalists],
+        *best_of_masses(allowed, masses),
+    ]
     refused = best_of_mounts(c for c in examined if c.refused)
     for ratio in effort.ratios if best else ():
         around = [
-            setting for candidate in best for setting in space.around(candidate.setting, ratio)
+            setting
+            for candidate in _once(best)
+            for setting in space.around(candidate.setting, ratio)
         ]
         finer = searcher.candidates(around, f"refined by {ratio:g}")
-        best = best_of_mounts([*best, *(c for c in finer if not c.refused)])
+        together = [*best, *(c for c in finer if not c.refused)]
+        best = [*best_of_mounts(together), *best_of_masses(together, masses)]
         examined += finer
     nearest = max((c for c in examined if not c.refused), key=searcher.nearness, default=None)
-    return SearchResult(best, refused, nearest, len(examined))
+    best += sorted(fired_candidates, key=lambda c: -c.score)[:_FIRED]
+    return SearchResult(_once(best), refused, nearest, len(examined))
 
 
 def best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
@@ -181,3 +194,23 @@ def best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
     for candidate in sorted(candidates, key=lambda c: -c.score):
         best.setdefault(mount_of(candidate.setting), candidate)
     return list(best.values())
+
+
+def best_of_masses(candidates: Iterable[Candidate], masses_kg: Floats) -> list[Candidate]:
+    """The most promising candidate of each mass, best first; a mass between two counts as the
+    nearer one. The best mounts may all ask for one bullet, and the laboratory choose another.
+
+    Parameters:
+        candidates: Candidates of any mounts, in any order.
+        masses_kg: The masses (m,) that are told apart.
+    """
+    best: dict[int, Candidate] = {}
+    for candidate in sorted(candidates, key=lambda c: -c.score):
+        ratios = np.abs(np.log(masses_kg / candidate.setting.impactor_mass_kg))
+        best.setdefault(int(np.argmin(ratios)), candidate)
+    return list(best.values())
+
+
+def _once(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Each setting once, the most promising first."""
+    return sorted({c.setting: c for c in candidates}.values(), key=lambda c: -c.score)

@@ -250,6 +250,32 @@ def unlike(first: Setting, second: Setting) -> int:
     return sum(first_part != second_part for first_part, second_part in pairs)
 
 
+#: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.
+PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M = 5e3, 0.01, 5e-4
+
+
+def set_alike(first: Setting, second: Setting) -> bool:
+    """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the
+    bench at most.
+
+    Parameters:
+        first: One setting.
+        second: The other setting.
+    """
+    parts = [
+        (s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions)
+        for s in (first, second)
+    ]
+    numbers = np.array(
+        [(s.tank_pressure_pa or 0.0, s.impactor_mass_kg, s.tip_radius_m) for s in (first, second)]
+    )
+    steps = np.array([PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M])
+    # Rounding must not set apart what lies one step apart.
+    return parts[0] == parts[1] and bool(
+        np.all(np.abs(numbers[0] - numbers[1]) <= steps * (1 + 1e-9))
+    )
+
+
 def amounts(settings: Sequence[Setting]) -> Floats:
     """Pressure (Pa; 0 where a velocity is set) and mass (kg), (n, 2).
 

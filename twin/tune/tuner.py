@@ -19,13 +19,12 @@ from ..discrepancy.likelihood import ENOUGH_SHOTS, fitted
 from ..discrepancy.shot_correction import Discrepancy, ShotCorrection
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
+from .choices import Choice, choices
 from .goal import Forward, Goal, Outside, Progress, Refusals, level_db, nothing_refused
 from .probability import DRAWS, Proposal, proposals
 from .search import Candidate, Effort, Searcher, search
-from .space import TuningSpace
+from .space import TuningSpace, set_alike
 
-#: What the regulator is set to, what a bullet is weighed to, and what a tip is turned to.
-PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M = 5e3, 0.01, 5e-4
 #: Expected spectra that lie nearer than this at every line are the same: a third of the scatter
 #: from shot to shot.
 SAME_SPECTRUM_DB = 0.25
@@ -63,31 +62,11 @@ def alike(first: Proposal, second: Proposal) -> bool:
     return nearest_db < SAME_SPECTRUM_DB or set_alike(first.setting, second.setting)
 
 
-def set_alike(first: Setting, second: Setting) -> bool:
-    """Whether the same parts are mounted, and pressure, mass and radius differ by a step of the
-    bench at most.
-
-    Parameters:
-        first: One setting.
-        second: The other setting.
-    """
-    parts = [
-        (s.tip, s.anvil, s.plate, s.insulator, s.impact_position, s.boundary_conditions)
-        for s in (first, second)
-    ]
-    numbers = np.array(
-        [(s.tank_pressure_pa or 0.0, s.impactor_mass_kg, s.tip_radius_m) for s in (first, second)]
-    )
-    steps = np.array([PRESSURE_STEP_PA, MASS_STEP_KG, RADIUS_STEP_M])
-    # Rounding must not set apart what lies one step apart.
-    return parts[0] == parts[1] and bool(
-        np.all(np.abs(numbers[0] - numbers[1]) <= steps * (1 + 1e-9))
-    )
-
-
 #: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look
 #: right.
 NEAR_DB = 3.0
+#: Settings to choose from.
+MOST_CHOICES = 10
 #: From this probability on a setting is said to overtest.
 OVERTEST = 0.9
 #: Of each kind, the nearest.
@@ -183,13 +162,15 @@ class Tuned:
     the shots taught.
 
     `attainability` says whether any proposal meets the goal; there is no proposal where the bench
-    refuses all settings.
+    refuses all settings. `choices` are the best proposal and those that are better than it at
+    something.
     """
 
     proposals: tuple[Proposal, ...]
     avoid: tuple[SettingToAvoid, ...]
     learned: ShotCorrection
     attainability: Attainability
+    choices: tuple[Choice, ...] = ()
 
 
 def tune(
@@ -260,7 +241,14 @@ def tune(
     normals = rng.standard_normal((draws, goal.frequency_hz.size))
     evidence = Evidence(searcher, space, result, kept, apart, len(shots), at_least, normals)
     avoid = tuple(settings_to_avoid(apart, kept, result.refused, goal))
-    return Tuned(tuple(distinct(kept)), avoid, learned, attainability(evidence, rng))
+    different = tuple(distinct(kept))
+    return Tuned(
+        different,
+        avoid,
+        learned,
+        attainability(evidence, rng),
+        choices(different, shots.settings, shots.level_db, MOST_CHOICES),
+    )
 
 
 def learn(

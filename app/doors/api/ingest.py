@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from starlette.requests import Request
 
+from ...operations.ingest.folder import INGEST
 from ...operations.machine_paths import campaigns_below
 from ...web.dependencies import Configured, InLaboratory, Running
+from ...web.role_needs import role_of
 from ...web.uploads import asked_of_upload, upload_form
 
 router = APIRouter(tags=["campaigns"])
@@ -20,7 +22,7 @@ def folders(settings: Configured) -> list[str]:
     return campaigns_below(settings.folders)
 
 
-@router.post("/ingest/upload", openapi_extra=upload_form())
+@router.post("/ingest/upload", openapi_extra=upload_form(), dependencies=[Depends(role_of(INGEST))])
 async def upload(
     request: Request, laboratory: InLaboratory, jobs: Running, settings: Configured
 ) -> dict[str, Any]:

@@ -299,6 +299,18 @@ SECRET_OPTIONS = frozenset({"--token"})
 _ADDRESSES = frozenset({"--db", "--mlflow", "--scheduler"})
 
 
+def read_secret(name: str) -> str:
+    """A word that no list of processes and no history may show: typed twice at a terminal, else the
+    first line of standard input.
+
+    Parameters:
+        name: What the prompt calls it.
+    """
+    if sys.stdin.isatty():
+        return str(click.prompt(name.capitalize(), hide_input=True, confirmation_prompt=True))
+    return sys.stdin.readline().rstrip("\r\n")
+
+
 def command_line(arguments: Sequence[str]) -> str:
     """`arguments` as of `sys.argv`, in one line."""
     program = Path(arguments[0]).name

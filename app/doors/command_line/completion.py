@@ -46,6 +46,7 @@ campaign_names = _names("campaigns")
 plan_names = _names("plans")
 dataset_names = _names("dataset_snapshots")
 material_names = _names("materials")
+view_names = _names("saved_views")
 
 
 def diagnosis_numbers(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:

@@ -43,6 +43,7 @@ from .common import (
     open_command_store,
     open_for_dry_run,
     print_table,
+    read_secret,
     spreadsheet_guard_option,
     without_store,
     worker_options,
@@ -101,6 +102,9 @@ def command_of(
         )
         listing = given.pop("listing", None)
         values = _stated(given)
+        for field_name, field in typed_request.model_fields.items():
+            if presentation_of(field).secret:
+                values[field_name] = read_secret(field_name)
         if several is not None:
             json_to = _given_back(json_to, values, several)
         every = [values]
@@ -127,7 +131,7 @@ def command_of(
     for output in reversed(operation.outputs):
         function = _output_option(output)(function)
     for field_name, field in reversed(typed_request.model_fields.items()):
-        if field_name not in _HIDDEN:
+        if field_name not in _HIDDEN and not presentation_of(field).secret:
             function = parameter(field_name, field)(function)
     word = name or _words(operation, typed_request)[-1]
     return click.command(word, cls=OperationCommand, help=_help(operation, typed_request))(function)

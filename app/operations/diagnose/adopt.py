@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from pydantic import Field
 
+from ....schema.person_roles import ENGINEER
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Progress, Request, Result
@@ -78,6 +79,7 @@ def _run(request: AdoptionRequest, laboratory: Laboratory, _: Progress) -> Adopt
 
 ADOPT: Operation[AdoptionRequest, Adopted] = Operation(
     name="adopt",
+    role=ENGINEER,
     request=AdoptionRequest,
     run=_run,
     help="Let predictions of a bench use effects of a stored diagnosis from now on.",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
+from ....schema.person_roles import ENGINEER
 from ...common.number_format import finite
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
@@ -166,6 +167,7 @@ def _pooled(folders: Sequence[Path]) -> Pool:
 
 BLIND_CHECK: Operation[BlindCheckRequest, BlindCheckScore] = Operation(
     name="blind-check",
+    role=ENGINEER,
     request=BlindCheckRequest,
     run=_run,
     check=check,

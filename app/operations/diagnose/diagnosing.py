@@ -169,6 +169,7 @@ def run_diagnosis(
         tolerances=request.tolerances,
         uncertain=request.uncertain,
         contact=simulator_of(store, db, record.kind, request.simulator),
+        explore=True,
     )
     verdict = diagnose(
         record, options=_restricted(record, options, request), progress=progress, draw=pictures_of

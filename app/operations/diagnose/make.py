@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....schema.person_roles import ENGINEER
 from ..faults import UnknownValueError
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Output, Progress
@@ -100,6 +101,7 @@ def _write_page(diagnosis: GapDiagnosis, path: Path) -> None:
 
 DIAGNOSE = Operation(
     name="diagnose",
+    role=ENGINEER,
     request=DiagnosisRequest,
     run=_run,
     keep=_keep,

@@ -1,24 +1,46 @@
-"""What the page of a diagnosis and the list of diagnoses show: the path from gun to sensors,
-sections as HTML, the table of effects, a headline."""
+"""What the page of a diagnosis and the list of diagnoses show: the sentences, the figures and the
+boxes of the first screens, the path from gun to sensors, and below them sections as HTML and
+tables."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from html import escape
 from typing import TYPE_CHECKING, Any
 
-from ...common.number_format import join_words, percent, percent_range
+from ...common.number_format import join_words, percent
 from ...twins.adopted_effects import adoptable_names, effects_of_stages
 from ..operation import ResultTable
+from .effect_boxes import (
+    EffectBox,
+    computed_names,
+    effect_boxes,
+    job_words,
+    shown_words,
+    ticked_at_first,
+)
+from .headline import headline, size_words
+from .place_figure import place_plot
+from .recommendations import next_experiment, next_steps
+from .report import section_html
+from .report_charts import curve_plot, residual_plot
 from .request import restrictions_among
-from .statements import is_agreement, own_error, summary
-from .tables import OF_SENTENCES, tables
+from .residual_figures import (
+    largest_residual,
+    residual_choices,
+    residual_figures,
+    run_points,
+)
+from .share_figure import share_figure
+from .statements import answer, drawn_effects, is_agreement, own_error, summary
+from .tables import tables
+from .waterfall import computed_set, level_table, path_names, waterfall_plot
 from .wording import effect_subject, set_name, spell_sets
 
 if TYPE_CHECKING:
     from ....diagnosis.verdict import Verdict
+    from ...figures.figure import Plot
 
 #: The path of a shot, stage by stage: id, name, and what is compared there.
 _STAGES = (
@@ -52,10 +74,7 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
     for stage, name, quantity in _STAGES[:-1]:
         if stage in shares:
             share = shares[stage]
-            note = (
-                f"90 % interval {percent_range(*share.ci90)}; error "
-                f"{own_error(share.own, share.own_ci90)} times the tolerance"
-            )
+            note = f"own error {own_error(share.own, share.own_ci90)} tolerances"
             cards.append(StageCard(name, quantity, _drawn(share.share), percent(share.share), note))
         else:
             cards.append(StageCard(name, quantity, None, "not compared"))
@@ -68,7 +87,7 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
                 *_STAGES[-1][1:],
                 _drawn(sum(sensors)),
                 percent(sum(sensors)),
-                "explained by effects of sensors",
+                "explained by their effects",
             )
         )
     else:
@@ -81,63 +100,158 @@ def _drawn(share: float) -> float | None:
 
 
 @dataclass(frozen=True)
-class DiagnosisParts:
-    """What the page shows of a verdict: sections as HTML (escaped where they are made) by their
-    place, the tables that the first sentences take their `numbers` from, the rows of the table of
-    effects (`explained`: with their figures), and what can be adopted: value of the form ->
-    words."""
+class FoldedSection:
+    """A section below the figures: its title, its content as HTML, escaped where it is made."""
 
-    sentence: str = ""
+    title: str
+    html: str
+
+
+@dataclass(frozen=True)
+class DiagnosisParts:
+    """What the page shows of a verdict: the `headline` and what its sizes are of; the figures; the
+    boxes, which of them are ticked, and the sets that were computed; what to do next, and what can
+    be adopted (value of the form -> words); all sentences, tables and sections below; and what a
+    diagnosis of an earlier version `lacks`."""
+
+    headline: Sequence[str] = ()
+    size_words: str = ""
     restriction: str = ""
     path: Sequence[StageCard] = ()
+    waterfall: Plot | None = None
+    shares: Plot | None = None
+    places: Plot | None = None
+    residual_choices: Sequence[str] = ()
+    residual_first: int = 0
+    residuals: Sequence[Plot] = ()
+    addresses: Sequence[str] = ()
+    boxes: Sequence[EffectBox] = ()
+    ticked: Sequence[str] = ()
+    of_report: Sequence[str] = ()
+    shown_words: str = ""
+    not_computed: str = ""
+    computed: Sequence[Sequence[str]] = ()
+    computed_rows: Sequence[Mapping[str, str]] = ()
+    job_words: str = ""
+    next_steps: Sequence[str] = ()
+    next_runs: Sequence[str] = ()
+    adoptable: Mapping[str, str] = field(default_factory=dict)
+    sentences: Sequence[str] = ()
     numbers: Sequence[ResultTable] = ()
-    next_steps: str = ""
-    before: str = ""
-    after: str = ""
+    records: Sequence[Plot] = ()
+    record_words: str = ""
+    sections: Sequence[FoldedSection] = ()
     assumptions: Sequence[str] = ()
     explained: bool = False
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[Any]] = ()
-    adoptable: Mapping[str, str] = field(default_factory=dict)
+    lacks: Sequence[str] = ()
 
 
-def parts_of(verdict: Verdict) -> DiagnosisParts:
-    """All that the page draws."""
+def parts_of(
+    verdict: Verdict,
+    impacts: Mapping[tuple[int, int], int] | None = None,
+    names: Sequence[str] | None = None,
+    restricted_to: Collection[str] = (),
+) -> DiagnosisParts:
+    """All that the page draws. `impacts`: the store's number of an impact by run and repetition;
+    `names`: the effects that are ticked, by default those of the report's path; `restricted_to`:
+    the effects that the diagnosis considered alone."""
     from .report import (
         ASSUMPTIONS,
-        CAUSES,
         EFFECT_COLUMNS,
         EFFECTS,
         FIRST_SECTIONS,
         NEXT_EXPERIMENT,
-        sections,
+        RESIDUALS,
     )
+    from .report import sections as report_sections
 
-    steps, before = (FIRST_SECTIONS[0], NEXT_EXPERIMENT), (FIRST_SECTIONS[1], CAUSES)
-    titled = {
-        section.title: section
-        for section in sections(verdict)
-        if section.title not in (EFFECTS, ASSUMPTIONS)
-    }
-    after = [title for title in titled if title not in (*steps, *before)]
+    points = run_points(verdict, impacts)
+    ticked = ticked_at_first(verdict, restricted_to) if names is None else tuple(names)
+    shown = ticked
+    not_computed = ""
+    if names is not None and computed_set(verdict, ticked) is None and ticked:
+        shown = ticked_at_first(verdict)
+        not_computed = f"This combination was not computed. {shown_words(verdict, shown)}"
+    is_path = verdict.what_if is None or frozenset(shown) == frozenset(path_names(verdict))
+    steps = [item.text for item in next_steps(verdict)]
+    experiment = [item.text for item in next_experiment(verdict)]
+    drawn_above = (EFFECTS, ASSUMPTIONS, *FIRST_SECTIONS, NEXT_EXPERIMENT, RESIDUALS)
     return DiagnosisParts(
-        sentence=summary(verdict),
+        headline=[item.text.replace(" %", "\u00a0%") for item in headline(verdict)],
+        size_words=size_words(verdict, len(verdict.pictures.configurations)),
         restriction=" ".join(restrictions_among(verdict.assumptions)),
         path=stage_cards(verdict),
-        numbers=[
-            part
-            for part in tables(verdict)
-            if isinstance(part, ResultTable) and part.title in OF_SENTENCES
+        waterfall=waterfall_plot(verdict, None if is_path else _computed_only(verdict, shown)),
+        shares=share_figure(verdict),
+        places=place_plot(verdict),
+        residual_choices=residual_choices(verdict),
+        residual_first=largest_residual(verdict),
+        residuals=list(residual_figures(verdict, computed_set(verdict, shown), points)),
+        addresses=[point.address for point in points],
+        boxes=effect_boxes(verdict),
+        ticked=ticked,
+        of_report=ticked_at_first(verdict, restricted_to),
+        shown_words=shown_words(
+            verdict, shown if verdict.what_if is not None else path_names(verdict)
+        ),
+        not_computed=not_computed,
+        computed=computed_names(verdict),
+        computed_rows=list(level_table(verdict)),
+        job_words=job_words(verdict),
+        next_steps=steps,
+        next_runs=[line for line in experiment if line not in steps],
+        adoptable={name: _adoptable_words(name) for name in adoptable_names(verdict)},
+        sentences=[item.text for item in answer(verdict)],
+        numbers=[part for part in tables(verdict) if isinstance(part, ResultTable)],
+        records=_records(verdict),
+        record_words=drawn_effects(verdict),
+        sections=[
+            FoldedSection(section.title, section_html(section))
+            for section in report_sections(verdict)
+            if section.title not in drawn_above
         ],
-        next_steps=_html(titled, steps),
-        before=_html(titled, before),
-        after=_html(titled, after),
         assumptions=verdict.assumptions,
         explained=bool(verdict.effects),
         columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
         rows=_rows(verdict),
-        adoptable={name: _adoptable_words(name) for name in adoptable_names(verdict)},
+        lacks=lacks(verdict),
     )
+
+
+def _records(verdict: Verdict) -> list[Plot]:
+    """Records beside their simulation; of an older diagnosis, which has no runs, the residuals of
+    its configurations first."""
+    pictures = verdict.pictures
+    residuals = pictures.residuals if verdict.what_if is None else ()
+    plots = [residual_plot(picture, pictures.configurations) for picture in residuals]
+    return [*plots, *(curve_plot(picture) for picture in pictures.curves)]
+
+
+def _computed_only(verdict: Verdict, names: Sequence[str]) -> Sequence[str]:
+    """The names where the error with them was computed; else none of them."""
+    return names if computed_set(verdict, names) is not None else ()
+
+
+def lacks(verdict: Verdict) -> list[str]:
+    """What a diagnosis does not hold, because an earlier version made it or because its campaign
+    does not allow it; each a sentence."""
+    again = f"diagnose again (pyroshock diagnose {verdict.campaign})"
+    sentences = []
+    if not verdict.effects:
+        sentences.append(f"It holds no shares of effects and no path of the error: {again}.")
+    if verdict.what_if is None:
+        sentences.append(
+            "It was made by an earlier version and holds no residuals of single runs, no errors "
+            f"with other sets of effects and no errors by settings: {again}."
+        )
+    elif not verdict.what_if.sets:
+        sentences.append(
+            "No set of effects could be tested on configurations that the fit has not seen: the "
+            "campaign has fewer than two configurations that can be compared."
+        )
+    return sentences
 
 
 def _adoptable_words(name: str) -> str:
@@ -148,16 +262,6 @@ def _adoptable_words(name: str) -> str:
     averaged = [f"the mean of {join_words(own)}" for own in sets if len(own) > 1]
     others = [own[0] for own in sets if len(own) == 1]
     return join_words(averaged) + (f", with {join_words(others)}" if others else "")
-
-
-def _html(titled: Mapping[str, Any], titles: Sequence[str]) -> str:
-    from .report import section_html
-
-    return "".join(
-        f"<section><h2>{escape(title)}</h2>{section_html(titled[title])}</section>"
-        for title in titles
-        if title in titled
-    )
 
 
 def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import model_validator
 
 from ....doe.plans import PlanExistsError, StoredPlan
+from ....schema.person_roles import ENGINEER
 from ...common.plan_tables import cells_of, plan_as_json, settings_in_si, write_table
 from ..faults import FieldError
 from ..fields import Presentation, Seed, request_field
@@ -119,6 +120,7 @@ def _report(request: NextRunsRequest, laboratory: Laboratory, progress: Progress
 
 DISCRIMINATE: Operation[NextRunsRequest, DiscriminatingPlan] = Operation(
     name="plan-next-runs",
+    role=ENGINEER,
     request=NextRunsRequest,
     run=_run,
     help="Plan the runs that tell apart the causes which the last diagnosis of CAMPAIGN could not "

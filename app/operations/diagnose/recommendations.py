@@ -136,9 +136,19 @@ def _adoption(verdict: Verdict) -> Sentence:
         )
     if not fraction >= _WORTH_ADOPTING:
         gone = Number("gone", max(fraction, 0.0), "share")
+        # The number is of what can be adopted, which may be a part of what was established.
+        members = {effect.id for effect in best.effects}
+        is_part = any(members.isdisjoint(own.effects) for own in verdict.cause_sets)
+        if is_part:
+            names = f"{join_words([effect_subject(name) for name in sorted(members)])} alone"
+        ending = (
+            " With the other effects no fit has parameters that the parts can have."
+            if is_part
+            else ""
+        )
         return Sentence(
-            f"Do not adopt {names} yet: only {gone} of the error disappears on configurations that "
-            "the fit has not seen.",
+            f"Do not adopt {names} yet: only {gone} of the error disappears with it on "
+            f"configurations that the fit has not seen.{ending}",
             (gone,),
             EXCEEDS,
             {"value": _WORTH_ADOPTING, "limit": fraction},

@@ -56,6 +56,7 @@ from .statements import summary
 from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
 from .texts import next_experiment, recommendations, shrinkage_line, where_lines
 from .wording import (
+    ACTS,
     cause_lines,
     cause_title,
     effect_subject,
@@ -72,6 +73,7 @@ _WORTH_A_ROW = 0.005
 EFFECTS = "Effects"
 FIRST_SECTIONS = ("What to do next", "How far the error shrinks, and what causes it")
 CAUSES, NEXT_EXPERIMENT, ASSUMPTIONS = "Causes", "The next experiment", "Assumptions"
+RESIDUALS = "Residuals before and after"
 
 
 def write_page(verdict: Verdict, path: Path) -> None:
@@ -133,7 +135,7 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(EFFECTS, _effects(verdict)),
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
         listed("Where the error lies", "No place stands out.", _size(verdict)),
-        Section("Residuals before and after", _pictures(verdict, most_figures)),
+        Section(RESIDUALS, _pictures(verdict, most_figures)),
         listed(
             "On configurations that the fit has not seen",
             "Not measured.",
@@ -173,7 +175,7 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
 GAIN = "adds held out"
 #: Headings of the table of effects.
 EFFECT_COLUMNS = (
-    "effect", "name", "share", "90 % interval", "probability", GAIN, "set", "cause", "parameters"
+    "effect", "name", "share", "90 % interval", ACTS, GAIN, "set", "cause", "parameters"
 )  # fmt: skip
 
 
@@ -286,7 +288,7 @@ def _effects(verdict: Verdict) -> list[Block]:
 
 
 _SHARE = "share (90 % interval)"
-_PRINTED_COLUMNS = ("effect", _SHARE, "probability", GAIN, "cause")
+_PRINTED_COLUMNS = ("effect", _SHARE, ACTS, GAIN, "cause")
 
 
 def _printed_row(verdict: Verdict, row: EffectSet | EffectShare) -> tuple[Cell, ...]:

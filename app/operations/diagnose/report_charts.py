@@ -54,7 +54,7 @@ def residual_plot(picture: ResidualPicture, configurations: tuple[str, ...]) -> 
     unit, scale = ("%", 1.0) if label.relative else shown_unit(picture.unit)
 
     def shown(residuals: Floats) -> Floats:
-        return _in_percent(residuals) if label.relative else scale * residuals
+        return in_percent(residuals) if label.relative else scale * residuals
 
     rings = PointSeries(
         name=_BEFORE,
@@ -89,7 +89,7 @@ def residual_plot(picture: ResidualPicture, configurations: tuple[str, ...]) -> 
     )
 
 
-def _in_percent(logarithms: Floats) -> Floats:
+def in_percent(logarithms: Floats) -> Floats:
     """By how many per cent measured exceeds simulated; logarithms that no bench reaches are drawn
     at the edge."""
     return np.asarray(100 * np.expm1(np.clip(logarithms, -_LARGEST_LOG, _LARGEST_LOG)))
@@ -160,7 +160,7 @@ def path_rows(verdict: Verdict) -> tuple[BarRow, ...]:
         gone = f"{percent(step.fraction)} gone" if math.isfinite(step.fraction) else ""
         rows.append(BarRow(f"+ {_short(step.effects) or step.added}", gone, after, before, role))
     rows.append(BarRow("what remains", _tolerances(levels[-1]), 0.0, levels[-1], ColourRole.BEFORE))
-    rows += _learned(verdict)
+    rows += learned_rows(verdict)
     noise = gap.noise_floor / gap.tolerance
     return (*rows, BarRow("measurement noise", _tolerances(noise), 0.0, noise, ColourRole.NOISE))
 
@@ -174,7 +174,7 @@ def _tolerances(level: float) -> str:
     return f"{number(level)} tolerances"
 
 
-def _learned(verdict: Verdict) -> list[BarRow]:
+def learned_rows(verdict: Verdict) -> list[BarRow]:
     """What is left when the learned discrepancy corrects the rest: a correction, and no cause."""
     pairs = [
         e.more[CORRECTED]
@@ -234,18 +234,22 @@ def path_plot(verdict: Verdict) -> Plot | None:
     rows = path_rows(verdict)
     if not rows:
         return None
-    axis = PlotAxis("model error, held out, times the tolerance", DIMENSIONLESS)
-    return _bars("The path of the model error", axis, rows, len(verdict.path) + 1)
+    return bars_plot("The path of the model error", path_axis(), rows, len(verdict.path) + 1)
+
+
+def path_axis() -> PlotAxis:
+    """The axis of errors along the path."""
+    return PlotAxis("model error, held out, times the tolerance", DIMENSIONLESS)
 
 
 def share_plot(verdict: Verdict) -> Plot | None:
     """The shares; None where there are none."""
     rows = share_rows(verdict)
     axis = PlotAxis("share of the squared error, 90 % intervals", "%")
-    return _bars("Shares of the effects", axis, rows) if rows else None
+    return bars_plot("Shares of the effects", axis, rows) if rows else None
 
 
-def _bars(title: str, x: PlotAxis, rows: Sequence[BarRow], connected: int = 0) -> Plot:
+def bars_plot(title: str, x: PlotAxis, rows: Sequence[BarRow], connected: int = 0) -> Plot:
     """`connected`: so many of the first bars are joined to the next, where one begins at the level
     of the other."""
     values = [value for row in rows for value in (row.start, row.end, *(row.interval or ()))]

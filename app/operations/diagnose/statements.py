@@ -43,7 +43,7 @@ MOST, _WHOLE = 0.5, 0.995
 #: From this probability on a cause is said to be the probable one; below, the likeliest of several.
 _PROBABLE = 0.5
 #: A cause with a smaller share makes next to none of the error by itself, or hides a part of it.
-_MAKES_ERROR = 0.02
+MAKES_ERROR = 0.02
 #: So many effects are named under `unknown`.
 NEAREST = 3
 
@@ -198,11 +198,11 @@ def _largest_stage(verdict: Verdict) -> Iterator[Sentence]:
 def _shares(verdict: Verdict) -> Iterator[Sentence]:
     """Which effects cause how much; which take a part away only where they were fitted; what
     remains."""
-    causes = [own for own in verdict.cause_sets if own.share >= _MAKES_ERROR]
+    causes = [own for own in verdict.cause_sets if own.share >= MAKES_ERROR]
     fitted = [
         own
         for own in verdict.named_sets
-        if own not in verdict.cause_sets and abs(own.share) >= _MAKES_ERROR
+        if own not in verdict.cause_sets and abs(own.share) >= MAKES_ERROR
     ]
     remainder, numbers = _remainder(verdict)
     if causes:
@@ -285,12 +285,12 @@ def _remainder(verdict: Verdict) -> tuple[str, tuple[Number | Interval, ...]]:
 def _hidden_parts(verdict: Verdict) -> Iterator[Sentence]:
     """Of each cause that makes the error no larger: why it is named all the same."""
     for own in verdict.cause_sets:
-        if own.share >= _MAKES_ERROR or own.held_out_gain < LEAST_FRACTION:
+        if own.share >= MAKES_ERROR or own.held_out_gain < LEAST_FRACTION:
             continue
         gain = Number("adds held out", own.held_out_gain, "share")
         shown: tuple[Number, ...] = (gain,)
         size = "makes next to none of it by itself"
-        if own.share <= -_MAKES_ERROR:
+        if own.share <= -MAKES_ERROR:
             share = Number("share", own.share, "share")
             size, shown = f"hides a part of it ({share})", (share, gain)
         yield Sentence(

@@ -148,6 +148,8 @@ Json = dict[str, Any]
 #: empty.
 FORMAT = 2
 READABLE = (1, FORMAT)
+#: Fields of a verdict that the details have as a whole. Older details lack some of them.
+_BESIDE_THE_REPORT = ("fits", "averaged", "pictures", "what_if", "error_map")
 
 
 def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
@@ -168,6 +170,8 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
         "fits": plain(verdict.fits),
         "averaged": plain(verdict.averaged),
         "pictures": plain(verdict.pictures),
+        "what_if": plain(verdict.what_if),
+        "error_map": plain(verdict.error_map),
     }
     return _with_values(table, [(entry["at"], None) for entry in lost]), details
 
@@ -191,7 +195,7 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
         table[name] = [{**row, **detail} for row, detail in pairs]
-    table |= {name: details[name] for name in ("fits", "averaged", "pictures") if name in details}
+    table |= {name: details[name] for name in _BESIDE_THE_REPORT if name in details}
     verdict: Verdict = _decode(Verdict, table)
     return verdict
 

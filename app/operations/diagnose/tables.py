@@ -15,6 +15,8 @@ from ..operation import Lines, ResultTable
 from .recommendations import gone_with, next_experiment, next_steps
 from .statements import own_error
 from .wording import (
+    ACTS,
+    WHOLE_ANSWER,
     cause_name,
     fitted_words,
     held_out_name,
@@ -28,8 +30,6 @@ Row = dict[str, Any]
 
 SIZES, SETS = "Size of the model error", "Sets of effects of which at least one acts"
 CAUSES, HELD_OUT = "Causes", "On configurations that the fit has not seen"
-#: What the first sentences take their numbers from.
-OF_SENTENCES = (SIZES, SETS, CAUSES, HELD_OUT)
 
 
 def tables(verdict: Verdict) -> tuple[ResultTable | Lines, ...]:
@@ -86,7 +86,7 @@ def _effects(verdict: Verdict) -> Iterator[ResultTable | Lines]:
     remarks = [
         f"{GAIN}: how much more disappears, where it was not fitted, with it than with the others "
         "alone",
-        "probability: that the effect acts, if the catalogue has every cause",
+        f"{ACTS}: if the catalogue has every cause",
     ]
     if any(effect.share < 0 for effect in verdict.effects):
         remarks.append(
@@ -109,7 +109,7 @@ def _sets(verdict: Verdict) -> Iterator[Row]:
             "effects": own.name,
             "share": percent(own.share),
             "90 % interval": percent_range(*own.ci90),
-            "probability": percent(own.inclusion),
+            ACTS: percent(own.inclusion),
             "adds held out": percent(own.held_out_gain),
             "told apart by": own.settled_by.channel if own.settled_by else "",
             "standard deviations": number(own.settled_by.d_prime) if own.settled_by else "",
@@ -143,7 +143,7 @@ def _causes(verdict: Verdict) -> Iterator[Row]:
     for cause in verdict.causes:
         numbers = (fitted_words(item, effect) for effect, item in owned_parameters(cause))
         yield {
-            "probability": percent(cause.probability),
+            WHOLE_ANSWER: percent(cause.probability),
             "cause": cause_name(cause),
             "parameters": ", ".join(numbers),
         }

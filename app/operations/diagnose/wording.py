@@ -103,6 +103,10 @@ def effect_check(identity: str) -> str:
 
 #: So many effects of a set are named in a sentence.
 MOST_NAMES = 3
+#: Headings of the two probabilities of a report: that an effect or one of a set acts, if the
+#: catalogue has every cause; and that an entry of the causes is the whole answer, as experience on
+#: virtual campaigns says.
+ACTS, WHOLE_ANSWER = "probability that it acts", "probability of the whole answer"
 #: Behind the names of effects of which at least one acts.
 ALIKE = "which these runs cannot tell apart"
 

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pydantic import model_validator
+
 from ...common.number_format import finite, percent
-from ..fields import Keys, Presentation, request_field
+from ..fields import Key, Keys, Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result, ResultTable
 from .recording_spectrum import SIDES, SpectrumChoice
@@ -26,6 +28,26 @@ class SpectrumComparing(SpectrumChoice):
         help="Give the numbers of the impacts.",
         presentation=Presentation(positional=True, metavar="IMPACT…"),
     )
+    reference: Key | None = request_field(
+        None,
+        help="Compare with the spectrum of this one of the impacts: the mean of its channels in "
+        "dB. [default: the specification, else the mean of all]",
+        presentation=Presentation(metavar="IMPACT"),
+    )
+
+    @model_validator(mode="after")
+    def _has_one_reference(self) -> SpectrumComparing:
+        if self.reference is None:
+            return self
+        if self.specification is not None:
+            raise ValueError(
+                "reference and specification both say what spectra are compared with; expected one "
+                "of them"
+            )
+        if self.reference not in self.impact:
+            named = ", ".join(map(str, self.impact))
+            raise ValueError(f"reference is {self.reference}; expected one of the impacts: {named}")
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +72,10 @@ class ComparedSpectra(Result):
         ]
 
     def figures(self) -> Sequence[Figure]:
-        """The spectra with their reference and its bands."""
-        from .figures import spectra_figure
+        """The spectra with their reference and its bands, and their differences from it."""
+        from .spectra_figures import compared_figure
 
-        return (spectra_figure(self.overlay),)
+        return (compared_figure(self.overlay),)
 
     def to_json(self) -> Any:
         """All spectra, and the reference at its lines."""
@@ -81,7 +103,12 @@ def _compare(request: SpectrumComparing, laboratory: Laboratory, _: Progress) ->
     target = request.target()
     with laboratory.store.reading() as session:
         overlay = spectrum_overlay(
-            session, request.impact, request.channel, q=request.q or 10.0, specification=target
+            session,
+            request.impact,
+            request.channel,
+            q=request.q or 10.0,
+            specification=target,
+            reference=request.reference,
         )
     return ComparedSpectra(overlay)
 
@@ -90,8 +117,8 @@ COMPARE_SPECTRA: Operation[SpectrumComparing, ComparedSpectra] = Operation(
     name="spectra",
     request=SpectrumComparing,
     run=_compare,
-    help="""Compare the shock response spectra of impacts with a specification, else with their
-mean.
+    help="""Compare the shock response spectra of impacts with a specification or one of them, else
+with their mean.
 
 A recording of one impact is taken whole, else from the rest before this contact up to the next
 one.""",

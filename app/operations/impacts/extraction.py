@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ....schema.person_roles import ENGINEER, READER
 from ...common.number_format import finite
 from ..ingest.extract import ExtractedPulses
 from ..ingest.request import ExtractionChoice
@@ -91,6 +92,8 @@ _PAGE = "/impacts/{impact}?preview=true&" + "&".join(
 
 IMPACT_PREVIEW: Operation[PulseExtraction, PreviewedPulse] = Operation(
     name="impact-preview",
+    role=READER,
+    unrecorded=True,
     request=PulseExtraction,
     run=_preview,
     help="""Show the pulse that other settings give of the impact with number IMPACT; nothing is
@@ -102,6 +105,7 @@ stored.""",
 )
 IMPACT_EXTRACT: Operation[PulseExtraction, ExtractedImpact] = Operation(
     name="impact-extract",
+    role=ENGINEER,
     request=PulseExtraction,
     run=_extract,
     help="""Extract the pulses of the recording of IMPACT again with other settings, and use them.

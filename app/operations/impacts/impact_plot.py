@@ -24,7 +24,7 @@ from ...figures.figure import (
     PlotSeries,
     PointSeries,
     ReferenceRegion,
-    category,
+    curve_style,
 )
 from .impact import get_impact
 
@@ -83,7 +83,8 @@ def record_plot(
         channel = read_channel(session, row, first, stop)
         values = np.asarray(channel.si) * display.scale
         time_ms = (channel.start_s + np.arange(values.size) / channel.sampling_rate_hz) * 1e3
-        line = LineSeries(*_thinned(time_ms, values), width=1, name=row.name, role=category(i))
+        role, dash = curve_style(i)
+        line = LineSeries(*_thinned(time_ms, values), dash, width=1, name=row.name, role=role)
         series.append(line)
         total = (
             values if total is None else total + values if values.size == np.size(total) else None

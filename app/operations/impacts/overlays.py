@@ -201,10 +201,10 @@ class ReferenceBand:
 class SpectrumOverlay:
     """Spectra at `frequency_hz` (f,), and what they are held against.
 
-    `reference` is the specification, or the mean of the maximax spectra in decibels, which has no
-    tolerance narrower than its widest band. `comparison` is of all spectra against it, at the lines
-    that both have. `bands` are at `comparison.frequency_hz`. `left_out` says which channels have no
-    spectrum, and why.
+    `reference` is the specification, or the mean in decibels of the maximax spectra (of all, or of
+    one impact), which has no tolerance narrower than its widest band. `comparison` is of all
+    spectra against it, at the lines that both have. `bands` are at `comparison.frequency_hz`.
+    `left_out` says which channels have no spectrum, and why.
     """
 
     frequency_hz: Floats
@@ -239,6 +239,7 @@ def spectrum_overlay(
     q: float = 10.0,
     frequency_hz: Floats | None = None,
     specification: Target | None = None,
+    reference: int | None = None,
     bands_db: Sequence[float] = BANDS_DB,
 ) -> SpectrumOverlay:
     """Spectra of the acceleration channels (or the one named `channel`) of impacts, by default at
@@ -246,8 +247,10 @@ def spectrum_overlay(
 
     A recording of one impact is taken whole, else from the rest before this contact up to the next
     one; its first tenth, or the rest, is its zero. Lines from half the lowest sampling rate on are
-    left away. Raises `LookupError` for an unknown impact, `ValueError` where nothing is left, for
-    too many, and for a specification of other lines.
+    left away. They are held against `specification`, else against the mean of the impact
+    `reference`, else against the mean of all. Raises `LookupError` for an unknown impact,
+    `ValueError` where nothing is left, for too many, for a specification of other lines, and for a
+    reference without a spectrum.
     """
     if not 0 < len(impacts) <= MOST_SPECTRA:
         raise ValueError(f"{len(impacts)} impacts; expected 1 to {MOST_SPECTRA}")
@@ -274,10 +277,15 @@ def spectrum_overlay(
         why = f": {'; '.join(left_out[:3])}" if left_out else ""
         raise ValueError(f"no acceleration of these impacts has a spectrum{why}")
     maximax = np.stack([overlaid.spectrum.maximax for overlaid in spectra])
-    reference = specification if specification is not None else _mean(lines, maximax, max(bands_db))
-    comparison = compare(maximax, lines, reference)
+    target = specification
+    if target is None:
+        of_reference = [reference in (None, part.impact) for part in spectra]
+        if not any(of_reference):
+            raise ValueError(f"impact {reference} has no spectrum to compare with")
+        target = _mean(lines, maximax[of_reference], max(bands_db))
+    comparison = compare(maximax, lines, target)
     bands = _bands(comparison.target, bands_db, specification is not None)
-    return SpectrumOverlay(lines, spectra, reference, bands, comparison, tuple(left_out))
+    return SpectrumOverlay(lines, spectra, target, bands, comparison, tuple(left_out))
 
 
 def _spectrum(

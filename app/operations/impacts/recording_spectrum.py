@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 
+from ....schema.person_roles import READER
 from ...common.frames import parse_quantity
 from ..fields import Names, Presentation, Recorded, quantity, request_field, text_file
 from ..laboratory import Laboratory
@@ -335,6 +336,8 @@ def _of_series(request: SeriesSpectrum, _: Laboratory, __: Progress) -> PlainDat
 
 SERIES_SPECTRUM: Operation[SeriesSpectrum, PlainData] = Operation(
     name="series-spectrum",
+    role=READER,
+    unrecorded=True,
     request=SeriesSpectrum,
     run=_of_series,
     help="The spectrum of a series, in the form of `pyroshock srs --json` without its checks.",

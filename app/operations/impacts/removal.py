@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from ....schema.campaigns import Campaign
 from ....schema.impacts import Impact
+from ....schema.person_roles import ADMINISTRATOR
 from ....schema.removal.part import Part, recording_part
 from ..fields import Presentation, request_field
 from ..ingest.removal import discard_recording
@@ -68,6 +69,7 @@ def _delete(request: ImpactRemoval, laboratory: Laboratory, _: Progress) -> Disc
 
 IMPACT_DELETE: Operation[ImpactRemoval, DiscardedRecording] = Operation(
     name="impact-delete",
+    role=ADMINISTRATOR,
     request=ImpactRemoval,
     run=_delete,
     help="""Delete the impact with number IMPACT: its recording is taken out of the store, as by

@@ -8,7 +8,7 @@ factors, one for the findings.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ....schema.session import Store
+    from .listing import SelectedRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +134,69 @@ class ForcePulse:
         )
 
 
+def read_impacts(
+    store: Store,
+    selection: SelectedRows,
+    limit: int | None = None,
+    named: Iterable[str] = (),
+) -> pd.DataFrame:
+    """Impacts in the order of storage, with the columns that `impacts_frame` gives.
+
+    Parameters:
+        store: The store.
+        selection: Whose impacts, and the conditions that they meet; its `limit` is not looked at.
+        limit: The largest number of rows; by default all.
+        named: Columns that are there also where no impact has the factor.
+
+    Raises:
+        LookupError: For an unknown campaign.
+        ValueError: For a condition that cannot be read.
+    """
+    with store.reading() as session:
+        frame = impacts_frame(session, selection.campaign, selection.conditions(), limit)
+        return with_absent_factors(session, frame, named)
+
+
+def read_channel_facts(store: Store, impact: int) -> tuple[str, list[ChannelFacts]]:
+    """The path of the recording of an impact, and its channels.
+
+    Parameters:
+        store: The store.
+        impact: The key of the impact.
+
+    Raises:
+        LookupError: For an unknown impact, and for one of which only the figures were ingested.
+    """
+    with store.reading() as session:
+        row = get_impact(session, impact)
+        if row.recording_id is None:
+            raise LookupError(
+                f"impact {impact} has no recording in the store: only its figures were ingested"
+            )
+        path = row.recording.path if row.recording else ""
+        return path, list(map(ChannelFacts.of, list_channels(session, row.recording_id)))
+
+
+def read_recording(store: Store, impact: int) -> StoredRecording:
+    """The recording of an impact; its samples are read when they are used.
+
+    Parameters:
+        store: The store.
+        impact: The key of the impact.
+
+    Raises:
+        LookupError: As `read_channel_facts`.
+    """
+
+    def read(key: int, first: int, stop: int) -> Floats:
+        with store.reading() as session:
+            row = session.get_one(RecordedChannel, key)
+            return np.asarray(read_channel(session, row, first, stop).si)
+
+    path, channels = read_channel_facts(store, impact)
+    return StoredRecording(impact, path, [StoredChannel(facts, read) for facts in channels])
+
+
 def read_pulse(session: Session, impact: int) -> ForcePulse:
     """The pulse in use of an impact.
 
@@ -161,6 +225,29 @@ def read_pulse(session: Session, impact: int) -> ForcePulse:
     )
 
 
+@dataclass(frozen=True)
+class ChannelFacts:
+    """What is known of a channel without its samples; `key` is its row of the store."""
+
+    key: int
+    name: str
+    quantity: str
+    unit: str
+    sampling_rate_hz: float
+    start_s: float
+    samples: int
+
+    @classmethod
+    def of(cls, row: RecordedChannel) -> ChannelFacts:
+        """The facts of a row of the store.
+
+        Parameters:
+            row: The channel.
+        """
+        rate, start = row.sampling_rate_hz, row.start_s
+        return cls(row.id, row.name, row.quantity, row.si_unit, rate, start, row.samples)
+
+
 class StoredChannel:
     """A recorded channel of the store. `channel[a:b]` reads the samples a to b (exclusive) in SI,
     and no others.
@@ -169,11 +256,13 @@ class StoredChannel:
     the recording's clock.
     """
 
-    def __init__(self, store: Store, row: RecordedChannel) -> None:
-        self._store, self._key = store, row.id
-        self.name, self.quantity, self.unit = row.name, row.quantity, row.si_unit
-        self.sampling_rate_hz, self.start_s = row.sampling_rate_hz, row.start_s
-        self._samples = row.samples
+    def __init__(self, facts: ChannelFacts, read: Callable[[int, int, int], Floats]) -> None:
+        """`read` gives the samples of the channel with this key from the first to before the
+        last."""
+        self.facts, self._read = facts, read
+        self.name, self.quantity, self.unit = facts.name, facts.quantity, facts.unit
+        self.sampling_rate_hz, self.start_s = facts.sampling_rate_hz, facts.start_s
+        self._samples = facts.samples
 
     def __len__(self) -> int:
         return self._samples
@@ -185,10 +274,7 @@ class StoredChannel:
                 f"{self.name}[{samples!r}]; expected a slice of samples "
                 f"without a step, such as [100:200]"
             )
-        first, stop = resolve(samples.start, samples.stop, self._samples)
-        with self._store.reading() as session:
-            row = session.get_one(RecordedChannel, self._key)
-            return np.asarray(read_channel(session, row, first, stop).si)
+        return self._read(self.facts.key, *resolve(samples.start, samples.stop, self._samples))
 
     @property
     def time_s(self) -> Floats:
@@ -328,19 +414,9 @@ class StoredRecording(Mapping[str, StoredChannel]):
     """The channels of the recording of one impact, by name: `store.recording(12)["force"]`. Nothing
     is read yet."""
 
-    def __init__(self, store: Store, impact: int) -> None:
-        with store.reading() as session:
-            row = get_impact(session, impact)
-            if row.recording_id is None:
-                raise LookupError(
-                    f"impact {impact} has no recording in the store: only its figures were ingested"
-                )
-            self.path = row.recording.path if row.recording else ""
-            self._channels = {
-                channel.name: StoredChannel(store, channel)
-                for channel in list_channels(session, row.recording_id)
-            }
-        self.impact = impact
+    def __init__(self, impact: int, path: str, channels: Iterable[StoredChannel]) -> None:
+        self.impact, self.path = impact, path
+        self._channels = {channel.name: channel for channel in channels}
 
     def __getitem__(self, channel: str) -> StoredChannel:
         if channel not in self._channels:

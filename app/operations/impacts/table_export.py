@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
+from ....schema.person_roles import READER
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
 from ..machine_paths import NewFile
@@ -103,6 +104,8 @@ def _export(request: TableExport, laboratory: Laboratory, _: Progress) -> Export
 
 EXPORT: Operation[TableExport, ExportedTable] = Operation(
     name="export",
+    role=READER,
+    unrecorded=True,
     request=TableExport,
     run=_export,
     check=_has_place,

@@ -14,7 +14,7 @@ from ....ingest.errors import enumerated
 from ....ingest.storing.shot_differences import campaign_differences
 from ....schema.benches import Material
 from ....schema.campaign_counts import hit_counts
-from ....schema.campaigns import Campaign
+from ....schema.campaigns import Campaign, stated_day
 from ....schema.conditions import get_campaign_id
 from ....schema.listings import list_impacts_page, list_plan_counts, list_shots_page
 from ....schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
@@ -63,6 +63,23 @@ def missing_facts_words(session: Session, row: Campaign) -> str:
     return missing_words(missing_in_campaigns(session, [row.name], shipped(row.kind)))
 
 
+def missing_facts_of(session: Session, name: str) -> list[str]:
+    """What the predictors of the campaign's kind lack, a sentence for each ("8 impacts have no tip
+    radius"); empty where nothing is missing.
+
+    Parameters:
+        session: A session of the store.
+        name: The name of the campaign.
+    """
+    row = session.get_one(Campaign, get_campaign_id(session, name))
+    missing = missing_in_campaigns(session, [row.name], shipped(row.kind))
+    return [
+        f"{facts.impacts} impact{'s have' if facts.impacts > 1 else ' has'} no "
+        f"{', '.join(name.replace('_', ' ') for name in facts.predictors)}."
+        for facts in missing
+    ]
+
+
 def _differences(session: Session, row: Campaign) -> list[str]:
     """By what most shots of a gun's campaign differ from their rows."""
     return (
@@ -76,7 +93,7 @@ def _campaign(session: Session, row: Campaign) -> dict[str, Any]:
     return {
         "name": row.name,
         "kind": row.kind,
-        "date": row.date.isoformat(),
+        "date": stated_day(row.date),
         "operator": row.operator,
         "description": row.description,
         "bench": _bench(session, row),
@@ -216,7 +233,7 @@ def list_campaigns_page(
         {
             "name": name,
             "kind": of,
-            "date": date.isoformat(),
+            "date": stated_day(date),
             "impacts": hits[key][0],
             "shots": hits[key][1],
             "planned": plans.get(key, (0, 0))[0],

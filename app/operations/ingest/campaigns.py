@@ -11,6 +11,7 @@ from urllib.parse import quote
 from pydantic import Field, ValidationInfo, model_validator
 
 from ....schema.known_facts import facts_from_json
+from ....schema.person_roles import ADMINISTRATOR, ENGINEER
 from ..fields import Presentation, request_field, source_of
 from ..laboratory import Laboratory
 from ..machine_paths import MachineFile, NewFile
@@ -226,6 +227,7 @@ def _delete(request: CampaignRemoval, laboratory: Laboratory, _: Progress) -> Re
 
 CAMPAIGN_DELETE: Operation[CampaignRemoval, RemovedPart] = Operation(
     name="campaign-delete",
+    role=ADMINISTRATOR,
     request=CampaignRemoval,
     run=_delete,
     help="""Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects.
@@ -284,7 +286,8 @@ class ArchivedCampaign(RemovedPart):
 
     def summary(self) -> str:
         """The campaign and its file."""
-        return f"Campaign {self.stone['campaign']} was archived in {self.stone['archive_path']}."
+        name = Path(self.stone["archive_path"]).name
+        return f"Campaign {self.stone['campaign']} was archived in {name}."
 
 
 def _is_stored(request: CampaignArchiving, laboratory: Laboratory) -> None:
@@ -324,6 +327,7 @@ def _archive(
 
 ARCHIVE: Operation[CampaignArchiving, ArchivedCampaign] = Operation(
     name="archive",
+    role=ENGINEER,
     request=CampaignArchiving,
     run=_archive,
     check=_is_stored,
@@ -434,6 +438,7 @@ _BY_UPLOAD = "The page /deleted takes an upload of the file, or the one that thi
 
 RESTORE: Operation[CampaignReturn, RestoredCampaign] = Operation(
     name="restore",
+    role=ADMINISTRATOR,
     request=CampaignReturn,
     run=_readable,
     keep=_restore,

@@ -12,12 +12,14 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ....ingest.errors import IngestError
-from ....schema.campaigns import Campaign
+from ....ingest.folder.column_names import RUNS_FILE
+from ....schema.campaigns import Campaign, stated_day
 from ....schema.conditions import get_campaign_id
 from ....schema.impacts import Impact, Shot
 from ....schema.recordings import SEVERITIES, STORED, QualityFinding, Recording
 from ....schema.rehearsal import run_rehearsal
 from ....schema.session import Store
+from ..machine_paths import CARD
 from ..operation import Result
 from .request import FolderReading
 from .service import ingest_into
@@ -32,7 +34,8 @@ class DryRun(Result):
     empty.
 
     `report` is the JSON of `pyroshock ingest --json`, `added` what the store lacks. `recordings`
-    has a row for each recording of the campaign with its impacts and its worst finding.
+    has a row for each recording of the campaign with its impacts and its worst finding. `written`
+    are the texts of campaign.toml and runs.csv, where a form has written them.
     """
 
     faults: list[str] = field(default_factory=list)
@@ -45,6 +48,7 @@ class DryRun(Result):
     recordings: list[dict[str, Any]] = field(default_factory=list)
     plan: dict[str, Any] | None = None
     undeclared_factors: list[str] = field(default_factory=list)
+    written: dict[str, str] = field(default_factory=dict)
 
     def summary(self) -> str:
         """One sentence for the list of jobs."""
@@ -110,6 +114,20 @@ def dry_run(
     )
 
 
+def written_texts(folder: Path) -> dict[str, str]:
+    """The texts of a folder's campaign.toml and runs.csv, by the names of the files.
+
+    Parameters:
+        folder: The campaign folder; a file that is missing is left out.
+    """
+    names = (CARD, RUNS_FILE)
+    return {
+        name: (folder / name).read_text(encoding="utf-8")
+        for name in names
+        if (folder / name).is_file()
+    }
+
+
 def _facts(session: Session, campaign: str) -> dict[str, Any]:
     row = session.scalars(select(Campaign).where(Campaign.name == campaign)).one()
     runs = set()
@@ -117,7 +135,7 @@ def _facts(session: Session, campaign: str) -> dict[str, Any]:
         runs |= set(
             session.scalars(select(table.run).where(table.campaign_id == row.id).distinct())
         )
-    return {"kind": row.kind, "date": row.date.isoformat(), "runs": len(runs)}
+    return {"kind": row.kind, "date": stated_day(row.date) or "", "runs": len(runs)}
 
 
 def _recordings(session: Session, campaign: str) -> list[dict[str, Any]]:

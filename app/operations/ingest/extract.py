@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from ....ingest.storing.reextraction import ReextractionReport, reextract
 from ....schema.conditions import get_campaign_id
+from ....schema.person_roles import ENGINEER
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Progress, Result
 from .request import ExtractionChoice, NamedCampaign
@@ -77,6 +78,7 @@ def _extract(request: Extraction, laboratory: Laboratory, progress: Progress) ->
 
 EXTRACT: Operation[Extraction, ExtractedPulses] = Operation(
     name="extract",
+    role=ENGINEER,
     request=Extraction,
     run=_extract,
     check=_is_stored,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
 from ....schema.campaigns import Plan
+from ....schema.person_roles import OPERATOR
 from ..faults import FieldError
 from ..laboratory import Laboratory
 from ..machine_paths import scratches_of
@@ -39,10 +41,13 @@ def folder_name(request: FolderReading) -> str:
 
 
 def _check(request: FolderReading, laboratory: Laboratory, progress: Progress) -> DryRun:
-    from .dry_run import dry_run
+    from .dry_run import dry_run, written_texts
 
     folder = request.path.readable(laboratory)
     checked = dry_run(laboratory.store, folder, request, progress, processes=laboratory.processes)
+    if request.path.form is not None:
+        # the files stay for a correction in the form, and their texts for whoever wants them later
+        return replace(checked, written=written_texts(folder))
     if checked.faults:
         for scratch in scratches_of(request):  # nobody can store it
             discard(scratch)
@@ -53,6 +58,8 @@ _BY_INGEST = "It is asked for as an ingest with `dry_run`."
 
 CHECK: Operation[FolderReading, DryRun] = Operation(
     name="check",
+    role=OPERATOR,
+    unrecorded=True,
     request=FolderReading,
     run=_check,
     check=_knows_plan,

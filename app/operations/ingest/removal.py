@@ -200,11 +200,15 @@ def discard_recording(store: Store, url: str, part: Part, reason: str) -> dict[s
     """Take a recording with its hits out of the store; its tombstone, as `deletion_lines` gives it.
 
     `part` is what `recording_part` or `recording_of_runs` gave; `url` is the store's address,
-    beside which the models lie. Raises `ValueError` for an empty reason, `LookupError` where it
-    went meanwhile.
+    beside which the models lie. A file keeps the recording, so that it can be restored. Raises
+    `ValueError` for an empty reason, `LookupError` where it went meanwhile, `OSError` where the
+    file cannot be written.
     """
+    from .discarded import keep_recording
+
     words, models = checked_reason(reason), models_of(store, url, part)
     path = part.recording or ""
+    keep_recording(store, url, part)
     return store.write(
         lambda session: deletion_lines(
             remove(session, recording_part(session, part.campaign, path), words, models)

@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
+from urllib.parse import quote
 
 from pydantic import Field, model_validator
 
+from ....schema.person_roles import ADMINISTRATOR
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, PlainData, Progress, Result, ResultTable, Rows
@@ -170,9 +172,16 @@ class RunDiscard(DryRunnable, NamedCampaign):
 class DiscardedRecording(RemovedPart):
     """A recording that went, or would go."""
 
+    def address(self) -> str:
+        """The page of the campaign, which offers to undo it."""
+        return f"{super().address()}?discarded={self.stone['id']}"
+
     def notes(self) -> Sequence[str]:
         """What went, what stood on it, and how it is stored again."""
-        again = f"  to store it again: pyroshock ingest FOLDER --again {self.stone['recording']}"
+        again = (
+            f"  to bring it back: pyroshock runs restore {self.stone['campaign']} "
+            f"{self.stone['recording']}"
+        )
         return (*super().notes(), *(() if self.dry_run else (again,)))
 
 
@@ -191,21 +200,80 @@ def _discard(request: RunDiscard, laboratory: Laboratory, _: Progress) -> Discar
 
 RUN_DISCARD: Operation[RunDiscard, DiscardedRecording] = Operation(
     name="run-discard",
+    role=ADMINISTRATOR,
     request=RunDiscard,
     run=_discard,
     help="""Take one RECORDING of CAMPAIGN out of the store, with its impacts, shots, pulses and
 findings.
 
 The store keeps a tombstone: the hash of the file, the time, the person, the reason, and what
-depended on it. A later ingest of the folder does not bring the file back, but `pyroshock ingest
-FOLDER --again RECORDING` does. Datasets keep their name and hash, but can no longer be read. Models
-stay. Runs of a plan that are no longer recorded are to be done again.""",
+depended on it. `pyroshock runs restore CAMPAIGN RECORDING` brings the recording back from the file
+that keeps it. A later ingest of the folder does not bring it back by itself. Datasets keep their
+name and hash, but can no longer be read. Models stay. Runs of a plan that are no longer recorded
+are to be done again.""",
     example="pyroshock runs discard rehearsal recordings/0007-01.h5 "
     '--reason "the plate had come loose" --dry-run\n'
     'pyroshock runs discard rehearsal --run 7 --reason "the plate had come loose"',
     command=("runs", "discard"),
     route=("POST", "/campaigns/{campaign}/discard"),
     absent={"form": "The page of an impact discards its recording."},
+)
+
+
+@dataclass(frozen=True)
+class RestoredRecording(Result):
+    """A discarded recording that is in the store again, and the rows that came with it."""
+
+    campaign: str
+    recording: str
+    added: Mapping[str, int]
+
+    def notes(self) -> Sequence[str]:
+        """What came back."""
+        rows = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in self.added.items() if n)
+        return (f"{self.campaign}, {self.recording}: restored {rows}",)
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as plain data."""
+        return {**vars(self), "added": dict(self.added)}
+
+    def address(self) -> str:
+        """The page of the campaign."""
+        return f"/campaigns/{quote(self.campaign, safe='')}"
+
+
+def _restore(
+    request: RecordingOfCampaign, laboratory: Laboratory, _: Progress
+) -> RestoredRecording:
+    from ....schema.removal.returning import open_tombstones
+    from .discarded import restore_recording
+
+    with laboratory.store.reading() as session:
+        stones = [
+            stone.id for stone in open_tombstones(session, request.campaign, request.recording)
+        ]
+    if not stones:
+        raise LookupError(
+            f"no recording {request.recording!r} of campaign {request.campaign!r} is discarded"
+        )
+    return RestoredRecording(**restore_recording(laboratory.store, laboratory.db, stones[-1]))
+
+
+RUN_RESTORE: Operation[RecordingOfCampaign, RestoredRecording] = Operation(
+    name="run-restore",
+    request=RecordingOfCampaign,
+    run=_restore,
+    help="""Bring a discarded RECORDING of CAMPAIGN back, with its impacts, shots, pulses and
+findings.
+
+A discard keeps the recording in a file beside the store. Datasets get their pulses back and can be
+read again.""",
+    example="pyroshock runs discard rehearsal recordings/0007-01.h5 "
+    '--reason "the plate had come loose"\n'
+    "pyroshock runs restore rehearsal recordings/0007-01.h5",
+    command=("runs", "restore"),
+    route=("POST", "/campaigns/{campaign}/undiscard"),
+    absent={"form": "The list of what was deleted, /deleted, has a button for it."},
 )
 
 
@@ -318,6 +386,7 @@ _READS_HERE = "It reads corrected files of the machine that it runs on."
 
 RUN_REPLACE: Operation[RunReplacement, ReplacedRecording] = Operation(
     name="run-replace",
+    role=ADMINISTRATOR,
     request=RunReplacement,
     run=_replace,
     help="""Replace a stored RECORDING by what the campaign folder holds now, in one transaction.

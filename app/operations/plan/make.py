@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, create_model, model
 from ....doe.designs.methods import METHODS, DesignMethod, Option
 from ....doe.space import space_from_form
 from ....files.toml_text import read_toml_text
+from ....schema.person_roles import ENGINEER
 from ...common.plan_tables import write_table
 from ..faults import FieldError
 from ..fields import Presentation, Seed, TextFile, pairs, request_field, text_file
@@ -237,6 +238,7 @@ def _keep(draft: PlanDraft, laboratory: Laboratory) -> PlannedDesign:
 
 PLAN: Operation[Planning, PlannedDesign] = Operation(
     name="plan",
+    role=ENGINEER,
     request=Planning,
     run=_run,
     keep=_keep,

@@ -12,6 +12,7 @@ from urllib.parse import quote
 from pydantic import Field
 
 from ....doe.plans import StoredPlan, StoredRun, read_plan, tick_run
+from ....schema.person_roles import ENGINEER
 from ...common.plan_tables import write_table
 from ..faults import Fault, RequestError
 from ..fields import Presentation, Seed, request_field
@@ -185,6 +186,7 @@ def _extend(addition: PlanAddition, laboratory: Laboratory) -> ExtendedPlan:
 
 PLAN_AUGMENT: Operation[PlanExtension, ExtendedPlan] = Operation(
     name="plan-augment",
+    role=ENGINEER,
     request=PlanExtension,
     run=_draft,
     keep=_extend,

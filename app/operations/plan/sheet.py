@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ....schema.person_roles import READER
 from ...common.plan_tables import plan_as_json
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result
@@ -49,6 +50,8 @@ def _write(sheet: RunSheet, path: Path) -> None:
 
 PLAN_SHEET: Operation[NamedPlan, RunSheet] = Operation(
     name="plan-sheet",
+    role=READER,
+    unrecorded=True,
     request=NamedPlan,
     run=_read,
     help="Write the run sheet for the bench: the runs in their order, with a box to tick for each.",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from ....doe.plans import read_plan
+from ....schema.person_roles import ENGINEER
 from ..fields import Presentation, Seed, pairs, quantity, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Progress, Request, Result
@@ -128,6 +129,7 @@ _FOLDER = "It writes a folder of the machine that it runs on."
 
 SIMULATE: Operation[Simulation, SimulatedPlan] = Operation(
     name="simulate",
+    role=ENGINEER,
     request=Simulation,
     run=_simulate,
     help="""Fire PLAN on the virtual bench, which writes recordings as a real bench does, to try

@@ -88,6 +88,17 @@ def registered_contact(built: BuiltTwin) -> RegisteredContact | None:
     return contact if isinstance(contact, RegisteredContact) else None
 
 
+def answering_contact(built: BuiltTwin, wanted: str | None) -> str:
+    """The contact that answers, by a name that stays the same when another model is put in use:
+    "gp@2" of the model in use, else the law that was asked for, or `prior`."""
+    from ...twins.building import PRIOR
+
+    contact = registered_contact(built)
+    if contact is not None:
+        return contact.registered.version.label
+    return wanted or PRIOR
+
+
 def _why(ignored: Collection[str]) -> str:
     from ....ingest.folder.column_names import resembled
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from ....array_types import Floats
 from ....twin.prediction import Prediction
+from ....twin.srs.target import Target
+from ...common.number_format import format_number
 from ...common.quantities import display_of
 from ...figures.figure import (
     BandSeries,
@@ -27,6 +29,8 @@ from .validity import warning_sentences
 
 #: Points of an acceleration on the screen, and how much of it is shown.
 _POINTS, _UNTIL_S = 400, 0.01
+#: A side of a tolerance without a limit is drawn so far away (dB).
+_FAR_DB = 40.0
 #: Of the spectra that are stored of measured shots.
 _MEASURED_Q = 10.0
 #: Sensor -> frequencies and maximax, by the key of the impact.
@@ -92,11 +96,13 @@ def _with_band(
     ]
 
 
-def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> Plot:
+def spectrum_figure(
+    prediction: Prediction, spectra: Spectra | None = None, target: Target | None = None
+) -> Plot:
     """Maximax shock response spectrum of each sensor in g; `spectra` are those of measured shots,
-    at Q = 10."""
-    series: list[PlotSeries] = []
+    at Q = 10; `target` is a specification that is shown with its tolerance."""
     lines, (unit, scale) = prediction.frequency_hz, _shown("peak_acceleration_m_s2")
+    series: list[PlotSeries] = [] if target is None else _prescribed(target, lines, scale)
     for i, (sensor, levels) in enumerate(prediction.spectra_m_s2.items()):
         mean, low, high = (scale * values for values in (levels.mean, levels.lower, levels.upper))
         series += _with_band(lines, mean, low, high, sensor, i)
@@ -118,6 +124,39 @@ def spectrum_figure(prediction: Prediction, spectra: Spectra | None = None) -> P
     x = PlotAxis("natural frequency", "Hz", scale="log")
     y = PlotAxis(f"maximax SRS, Q = {prediction.q:g}", unit, scale="log")
     return Plot("Shock response spectrum", x, y, tuple(series))
+
+
+def _prescribed(target: Target, lines: Floats, scale: float) -> list[PlotSeries]:
+    """A specification with its tolerance as far as the lines of the prediction reach. A side
+    without a limit is drawn as far away as any spectrum is shown."""
+    dense = np.union1d(np.geomspace(lines[0], lines[-1], 100), target.frequency_hz)
+    inside = (dense >= max(lines[0], target.frequency_hz[0])) & (
+        dense <= min(lines[-1], target.frequency_hz[-1])
+    )
+    if not inside.any():
+        return []
+    at = target.at(dense[inside])
+    level, hz = scale * at.level_m_s2, at.frequency_hz
+    low, high = (
+        level * 10 ** (side.clip(-_FAR_DB, _FAR_DB) / 20) for side in (-at.lower_db, at.upper_db)
+    )
+    return [
+        BandSeries(hz, low, high, name=tolerance_words(target), role=ColourRole.TOLERANCE),
+        LineSeries(hz, level, "dash", name="prescribed", role=ColourRole.REFERENCE),
+    ]
+
+
+def tolerance_words(target: Target) -> str:
+    """`tolerance +6/−6 dB`, with the sides of the first three bands."""
+    sides = list(
+        dict.fromkeys(zip(target.upper_db.tolist(), target.lower_db.tolist(), strict=True))
+    )
+    words = " and ".join(f"{_side('+', up)}/{_side('−', low)} dB" for up, low in sides[:3])
+    return f"tolerance {words}{' and others' if len(sides) > 3 else ''}"
+
+
+def _side(sign: str, value: float) -> str:
+    return f"{sign}{format_number(value, 3)}" if np.isfinite(value) else "no limit"
 
 
 def velocity_figure(
@@ -160,11 +199,13 @@ def prediction_figures(
     shots: Sequence[MeasuredShot] = (),
     near: Sequence[MeasuredShot] = (),
     spectra: Spectra | None = None,
+    target: Target | None = None,
 ) -> dict[str, Plot]:
-    """By name; without a plate no spectrum, without a gun no velocity."""
+    """By name; without a plate no spectrum, without a gun no velocity. `target` is shown in the
+    spectrum."""
     figures = {"force": force_figure(prediction, near)}
     if prediction.sensors:
-        figures["spectrum"] = spectrum_figure(prediction, spectra)
+        figures["spectrum"] = spectrum_figure(prediction, spectra, target)
     if prediction.setting.tank_pressure_pa is not None:
         figures["velocity"] = velocity_figure(prediction, shots, near)
     if prediction.sensors:

@@ -20,11 +20,13 @@ from ....schema.listings import get_campaign_id
 from ....schema.recordings import RecordedChannel
 from ...common.quantities import cell, display_of
 from ..sentence import BEYOND, INSIDE, NOT_ENOUGH, Number, Sentence, first_allowed, sentence
+from .validity import beyond_rows
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ....schema.session import Store
+    from ....twin.prediction import Prediction
     from ....twin.setting import Setting
     from ...twins.building import BuiltTwin
 
@@ -249,3 +251,41 @@ def velocity_basis(built: BuiltTwin, pressure_pa: float | None) -> Sentence | No
         count=Number("shots", count, "count"),
         **shown,
     )
+
+
+def known_rows(built: BuiltTwin, prediction: Prediction) -> list[dict[str, str]]:
+    """What the bands stand on, and where the shot lies beyond it, as rows of one table: `asked`,
+    `low` and `high` in `unit`, and the number of `shots`."""
+    rows = []
+    pressure, gun = prediction.setting.tank_pressure_pa, built.twin.gun
+    if gun is not None and gun.shots is not None and pressure is not None:
+        readings, shown = gun.shots.tank_pressure_pa, display_of("tank_pressure_pa")
+        rows.append(
+            {
+                "quantity": f"{shown.label} of the shots that the velocity band stands on",
+                "asked": cell("tank_pressure_pa", float(pressure)),
+                "low": cell("tank_pressure_pa", float(readings.min())),
+                "high": cell("tank_pressure_pa", float(readings.max())),
+                "unit": shown.unit,
+                "shots": str(len(gun.shots)),
+            }
+        )
+    if prediction.rests_on.shots:
+        rows.append(_known("shots that the bands rest on", shots=str(prediction.rests_on.shots)))
+    for row in beyond_rows(prediction):
+        low, high = str(row["known from"]), str(row["known to"])
+        rows.append(
+            _known(
+                f"{row['quantity']}, beyond what is known",
+                asked=str(row["asked for"]),
+                low=low,
+                high=high,
+                unit=str(row["unit"]),
+            )
+        )
+    return rows
+
+
+def _known(quantity: str, **cells: str) -> dict[str, str]:
+    empty = dict.fromkeys(("asked", "low", "high", "unit", "shots"), "")
+    return {"quantity": quantity, **empty, **cells}

@@ -66,8 +66,9 @@ def extrapolation_sentence(item: Extrapolation) -> Sentence:
     """In the units of the lab."""
     value, low, high = (_number(item.quantity, n) for n in (item.asked, item.low, item.high))
     learned = "{high}" if low.cell == high.cell else "{low.cell} to {high}"
+    side = "below" if item.asked < item.low else "above"
     return sentence(
-        f"{{label}} {{value}} is beyond the {learned} of the shots that were learned from.",
+        f"{{label}} {{value}} is {side} the {learned} of the shots that were learned from.",
         BEYOND,
         {"value": item.asked, "low": item.low, "high": item.high},
         label=_label(item.quantity),

@@ -10,7 +10,7 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from ....schema.campaigns import Campaign, Plan, PlannedRun
+from ....schema.campaigns import Campaign, Plan, PlannedRun, stated_day
 from ....schema.impacts import Impact, Shot
 from ....schema.listings import get_campaign_id
 from ....schema.recordings import SET_ASIDE, Recording
@@ -64,7 +64,7 @@ def campaign_document(session: Session, name: str) -> Document:
     ]
     facts = {
         "Kind": campaign.kind,
-        "Date": campaign.date.isoformat(),
+        "Date": stated_day(campaign.date) or "not known",
         "Operator": campaign.operator or "",
         "Recordings": str(recordings or ""),
         "Impacts": str(impacts or ""),
@@ -77,7 +77,7 @@ def campaign_document(session: Session, name: str) -> Document:
         lead=f"{quality.sentence} {_advice(findings, quality.stored)}".rstrip(),
         facts={key: value for key, value in facts.items() if value},
         sections=[section for section in sections if section.blocks],
-        date=campaign.date,
+        date=None if stated_day(campaign.date) is None else campaign.date,
     )
 
 

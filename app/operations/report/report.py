@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from ....schema.person_roles import READER
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Request, Result
@@ -74,6 +75,8 @@ _IS_A_FILE = "The pages of reports give the file."
 
 REPORT: Operation[ReportRequest, WrittenReport] = Operation(
     name="report",
+    role=READER,
+    unrecorded=True,
     request=ReportRequest,
     run=_run,
     help="""Write a report as one file that needs no other file: a page (.html) or a PDF.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ....schema.person_roles import ENGINEER
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..machine_paths import CampaignFolder
@@ -102,6 +103,7 @@ def _check(request: StoreCheck, laboratory: Laboratory, progress: Progress) -> C
 
 DB_CHECK: Operation[StoreCheck, CheckedStore] = Operation(
     name="db-check",
+    role=ENGINEER,
     request=StoreCheck,
     run=_check,
     help="""Verify hashes, references and counts of the store. The exit code is 1 if anything is

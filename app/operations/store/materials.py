@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
+from ....schema.person_roles import ADMINISTRATOR
 from ..fields import Presentation, quantity, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Outcome, Progress, Request, Rows
@@ -111,6 +112,7 @@ def _add(request: NewMaterial, laboratory: Laboratory, _: Progress) -> Outcome:
 
 MATERIAL_ADD: Operation[NewMaterial, Outcome] = Operation(
     name="material-add",
+    role=ADMINISTRATOR,
     request=NewMaterial,
     run=_add,
     help="Add a material. A name that exists is refused.",

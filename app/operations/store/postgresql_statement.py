@@ -12,6 +12,7 @@ table stands with its number in the catalogue. The numbers are held against what
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from typing import Any
 
 #: Fields of the tree that hold the number of a function (src/include/nodes/primnodes.h,
@@ -45,6 +46,10 @@ SELECT format('%%I.%%I', relnamespace::regnamespace::text, relname) FROM pg_cata
 WHERE oid = ANY (%s) AND relnamespace <> pg_catalog.current_schema()::regnamespace
 ORDER BY 1 LIMIT 1
 """
+_HIDDEN_TABLES = """
+SELECT relname FROM pg_catalog.pg_class WHERE oid = ANY (%s) AND relname = ANY (%s)
+ORDER BY 1 LIMIT 1
+"""
 _READER_OF_THE_STORE = """
 SELECT rolname FROM pg_catalog.pg_roles WHERE rolname = %s AND pg_catalog.pg_has_role(rolname, %s)
 AND pg_catalog.has_table_privilege(rolname, %s, 'SELECT')
@@ -53,14 +58,14 @@ AND pg_catalog.has_table_privilege(rolname, %s, 'SELECT')
 
 class ForbiddenStatementError(Exception):
     """A statement that is no question to the store: it `changes` something, or `subject` is what it
-    would touch."""
+    would touch; `hidden`: a table of the store that is not read so."""
 
-    def __init__(self, subject: str, *, changes: bool = False) -> None:
+    def __init__(self, subject: str, *, changes: bool = False, hidden: bool = False) -> None:
         super().__init__(subject)
-        self.subject, self.changes = subject, changes
+        self.subject, self.changes, self.hidden = subject, changes, hidden
 
 
-def check_statement(connection: Any, sql: str) -> None:
+def check_statement(connection: Any, sql: str, hidden: Collection[str] = ()) -> None:
     """Raises `ForbiddenStatementError`, or psycopg's error for a text that the server cannot parse.
 
     `connection`: of psycopg, within a transaction, which stays open and keeps its settings.
@@ -79,6 +84,9 @@ def check_statement(connection: Any, sql: str) -> None:
     table = connection.execute(_FORBIDDEN_TABLES, [read]).fetchone()
     if table is not None:
         raise ForbiddenStatementError(f"{table[0]} (no table of the store)")
+    table = connection.execute(_HIDDEN_TABLES, [read, list(hidden)]).fetchone()
+    if table is not None:
+        raise ForbiddenStatementError(table[0], hidden=True)
 
 
 def _numbers(values: list[str]) -> set[int]:

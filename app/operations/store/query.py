@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 import sqlite3
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -25,6 +25,7 @@ from sqlalchemy import Engine
 from ....schema.access.permissions import READER
 from ....schema.base import Base
 from ....schema.tables import metadata
+from ....schema.users import SECRET_TABLES
 from ...common.unit_endings import unit_ending
 from .postgresql_statement import ForbiddenStatementError, become_reader, check_statement
 
@@ -169,26 +170,33 @@ _UNKNOWN_COLUMN = re.compile(
 
 @contextmanager
 def run_statement(
-    engine: Engine, statement: Statement, timeout_s: float
+    engine: Engine, statement: Statement, timeout_s: float, hidden: Collection[str] = SECRET_TABLES
 ) -> Iterator[Iterator[Batch]]:
     """Gives the answer in batches of columns; the first batch has the columns also where there are
-    no rows.
+    no rows. A statement that reads a `hidden` table is refused.
 
     Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises
     `QueryError`.
     """
     statement.check()
     sqlite = engine.dialect.name == "sqlite"
-    with (_sqlite if sqlite else _postgresql)(engine, statement, timeout_s) as batches:
+    with (_sqlite if sqlite else _postgresql)(engine, statement, timeout_s, hidden) as batches:
         yield batches
 
 
 @contextmanager
-def _sqlite(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+def _sqlite(
+    engine: Engine, statement: Statement, timeout_s: float, hidden: Collection[str]
+) -> Iterator[Iterator[Batch]]:
     path = Path(engine.url.database or "").absolute()
     denied: list[int] = []
+    hidden_read: list[str] = []
 
-    def authorized(action: int, _first: str | None, second: str | None, *_: str | None) -> int:
+    def authorized(action: int, first: str | None, second: str | None, *_: str | None) -> int:
+        # SQLite takes names of tables in any case, and gives the one that they were made with.
+        if action == sqlite3.SQLITE_READ and first in hidden:
+            hidden_read.append(str(first))
+            return sqlite3.SQLITE_DENY
         if action in _READS and second != "load_extension":
             return sqlite3.SQLITE_OK
         denied.append(action)
@@ -201,6 +209,8 @@ def _sqlite(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[
         connection.set_progress_handler(lambda: time.monotonic() > end, _STEPS)
 
         def explained(error: Exception) -> QueryError:
+            if hidden_read:
+                return _hidden(hidden_read[0])
             if denied:
                 return refusal(_ACTIONS.get(denied[0], statement.words()[0]))
             if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_INTERRUPT:
@@ -223,7 +233,7 @@ def _sqlite(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[
 
 @contextmanager
 def _postgresql(
-    engine: Engine, statement: Statement, timeout_s: float
+    engine: Engine, statement: Statement, timeout_s: float, hidden: Collection[str]
 ) -> Iterator[Iterator[Batch]]:
     import psycopg
     from psycopg.types.numeric import FloatLoader
@@ -251,7 +261,7 @@ def _postgresql(
         sql, values = statement.for_postgresql()
         with psycopg.RawServerCursor(connection, "pyroshock_query") as cursor:
             try:
-                check_statement(connection, sql)
+                check_statement(connection, sql, hidden)
                 cursor.execute(sql, values)
             except ForbiddenStatementError as error:
                 raise _forbidden(error, statement) from error
@@ -275,9 +285,20 @@ def _postgresql(
 def _forbidden(error: ForbiddenStatementError, statement: Statement) -> QueryError:
     if error.changes:
         return _refused_change(statement)
+    if error.hidden:
+        return _hidden(error.subject)
     return QueryError(
         f"query reads the tables of the store, so {error.subject} is refused; "
         f"ask the database with psql"
+    )
+
+
+def _hidden(table: str) -> QueryError:
+    if table in SECRET_TABLES:
+        return QueryError(f"query does not read {table}, by which people sign in")
+    return QueryError(
+        f"query does not read {table} for this person; an administrator and an engineer may, or "
+        "whoever works on the command line"
     )
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, ValidationInfo, model_validator
 
+from ....schema.person_roles import ADMINISTRATOR, ENGINEER
 from ..fields import Presentation, quantity, request_field, row_limit, source_of
 from ..laboratory import Laboratory
 from ..operation import Batches, Operation, Progress, Request
@@ -99,10 +100,16 @@ def _ask(request: StoreQuestion, laboratory: Laboratory, _: Progress) -> Batches
 def _answered(
     request: StoreQuestion, sql: str, laboratory: Laboratory
 ) -> Iterator[dict[str, list[Any]]]:
+    from ....schema.users import SECRET_TABLES
     from .query import Statement, run_statement
 
-    statement = Statement(sql, request.parameters)
-    with run_statement(laboratory.store.engine, statement, request.timeout) as batches:
+    statement, person = Statement(sql, request.parameters), laboratory.person
+    hidden = [
+        *SECRET_TABLES,
+        *([] if person.may(ADMINISTRATOR) else ["users"]),
+        *([] if person.may(ENGINEER) else ["audit_rows"]),
+    ]
+    with run_statement(laboratory.store.engine, statement, request.timeout, hidden) as batches:
         yield from batches
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
+from ....schema.person_roles import ADMINISTRATOR, ENGINEER
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Outcome, Progress, Request, Rows
@@ -53,6 +54,7 @@ def _init(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
 
 INIT: Operation[Request, Outcome] = Operation(
     name="init",
+    role=ADMINISTRATOR,
     request=Request,
     run=_init,
     help="Make an empty store that holds the known materials. A store that exists stays as it is.",
@@ -95,6 +97,8 @@ def _upgrade(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
 
 UPGRADE: Operation[Request, Outcome] = Operation(
     name="db-upgrade",
+    role=ADMINISTRATOR,
+    changes_elsewhere=True,
     request=Request,
     run=_upgrade,
     help="""Bring a store that an older version made up to this version.
@@ -123,6 +127,7 @@ def _roles(_: Request, laboratory: Laboratory, __: Progress) -> RoleRows:
 
 ROLES: Operation[Request, RoleRows] = Operation(
     name="db-roles",
+    role=ADMINISTRATOR,
     request=Request,
     run=_roles,
     help="""Make the roles reader, operator and admin of a store on PostgreSQL, grant what they
@@ -188,6 +193,7 @@ def _place_of_models(source: str) -> tuple[str, ...]:
 
 COPY: Operation[StoreCopy, Outcome] = Operation(
     name="db-copy",
+    role=ADMINISTRATOR,
     request=StoreCopy,
     run=_copy,
     help="""Copy the store at address SRC to the empty place at address DST. The engines may differ.
@@ -227,6 +233,7 @@ def _export(request: CampaignExport, laboratory: Laboratory, progress: Progress)
 
 EXPORT: Operation[CampaignExport, Outcome] = Operation(
     name="db-export",
+    role=ENGINEER,
     request=CampaignExport,
     run=_export,
     help="""Write CAMPAIGN with everything that belongs to it into one file, which is an SQLite
@@ -268,6 +275,7 @@ def _import(request: CampaignImport, laboratory: Laboratory, progress: Progress)
 
 IMPORT: Operation[CampaignImport, Outcome] = Operation(
     name="db-import",
+    role=ADMINISTRATOR,
     request=CampaignImport,
     run=_import,
     help="""Add the campaigns of FILE, which `db export` wrote, to the store. What is there stays,
@@ -307,6 +315,7 @@ def _backup(request: StoreBackup, laboratory: Laboratory, progress: Progress) ->
 
 BACKUP: Operation[StoreBackup, Outcome] = Operation(
     name="db-backup",
+    role=ADMINISTRATOR,
     request=StoreBackup,
     run=_backup,
     help="""Write the store, its model registry and the models' files into FOLDER, which must not
@@ -343,6 +352,8 @@ def _restore(request: StoreReturn, laboratory: Laboratory, progress: Progress) -
 
 RESTORE: Operation[StoreReturn, Outcome] = Operation(
     name="db-restore",
+    role=ADMINISTRATOR,
+    changes_elsewhere=True,
     request=StoreReturn,
     run=_restore,
     help="""Put the backup in FOLDER back: the store into the empty place that --db names, the model

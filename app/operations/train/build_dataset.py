@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from ....schema.person_roles import ENGINEER
 from ..faults import about
 from ..fields import Names, Presentation, Seed, request_field, source_of
 from ..laboratory import Laboratory
@@ -184,6 +185,7 @@ def _run(request: DatasetBuilding, laboratory: Laboratory, _: Progress) -> Built
 
 DATASET_BUILD = Operation(
     name="dataset-build",
+    role=ENGINEER,
     request=DatasetBuilding,
     run=_run,
     help="""Freeze the usable pulses of campaigns under NAME. The same content gives the same

@@ -4,11 +4,13 @@ factor, their training."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....array_types import Floats
+from ...common.number_format import percent
 from ...common.quantities import display_of
 from ...figures.figure import (
     DIMENSIONLESS,
@@ -290,6 +292,8 @@ def importance_figure(importance: Importance) -> Plot:
 
 
 _PEAK_ERROR = PlotAxis("error of the peak force", "%")
+#: Pulses below which a box of quartiles would show more than was measured.
+_FEWEST_OF_A_BOX = 5
 
 
 def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
@@ -298,19 +302,18 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
     error = 100 * as_floats(residuals["peak_force_error"])
     figures = {}
     names: list[str] = []
-    boxes = []
+    series: list[PlotSeries] = []
     for i, (factor, labels) in enumerate(residuals["factors"].items()):
         levels = list(dict.fromkeys(labels))
-        samples = tuple(error[[label == level for label in labels]] for level in levels)
-        places = len(names) + np.arange(len(levels), dtype=np.float64)
+        samples = [error[[label == level for label in labels]] for level in levels]
         label = display_of(factor).label
+        series += _of_levels(len(names), samples, label, category(i))
         names += [f"{label}: {level}" for level in levels]
-        boxes.append(BoxSeries(places, samples, name=label, role=category(i)))
-    if boxes:
+    if series:
         levels_axis = PlotAxis("", categories=tuple(names))
         title = "Error of the peak force by level"
         figures["by the levels of the factors"] = Plot(
-            title, levels_axis, _PEAK_ERROR, tuple(boxes)
+            title, levels_axis, _PEAK_ERROR, tuple(series)
         )
     tips = residuals["tip_material"]
     velocity = as_floats(residuals["impact_velocity_m_s"])
@@ -323,6 +326,25 @@ def residual_figures(residuals: Mapping[str, Any]) -> dict[str, Plot]:
     title = f"Error of the peak force over {shown.label}"
     figures[f"over the {shown.label}"] = Plot(title, axis, _PEAK_ERROR, tuple(points))
     return figures
+
+
+def _of_levels(
+    first: int, samples: Sequence[Floats], name: str, role: ColourRole
+) -> list[PlotSeries]:
+    """A box for each level with enough pulses for quartiles, from place `first` on; the pulses
+    themselves of a level with fewer."""
+    with_box = [place for place, values in enumerate(samples) if len(values) >= _FEWEST_OF_A_BOX]
+    alone = [place for place in range(len(samples)) if place not in with_box]
+    series: list[PlotSeries] = []
+    if with_box:
+        places = first + as_floats(with_box)
+        boxes = tuple(samples[place] for place in with_box)
+        series.append(BoxSeries(places, boxes, name=name, role=role))
+    if alone:
+        places = np.concatenate([np.full(len(samples[place]), first + place) for place in alone])
+        values = np.concatenate([samples[place] for place in alone])
+        series.append(PointSeries(as_floats(places), values, name=name, role=role))
+    return series
 
 
 def _by_label(labels: Sequence[Any]) -> list[tuple[Any, list[int]]]:
@@ -369,17 +391,29 @@ def coverage_figure(held_out: Mapping[str, Any]) -> Plot | None:
     """Share of held-out points within their intervals over the nominal share; None for a model
     without spread."""
     coverage = held_out["coverage"]
-    series = [
-        LineSeries(
-            as_floats(coverage["level"]),
-            as_floats(coverage[key]),
-            marks=True,
-            name=name,
-            role=category(i),
-        )
-        for i, (key, name) in enumerate((("force", "force"), ("time", "contact time")))
-        if coverage[key] is not None
-    ]
+    level = as_floats(coverage["level"])
+    series: list[PlotSeries] = []
+    for i, (key, name) in enumerate((("force", "force"), ("time", "contact time"))):
+        if coverage[key] is None:
+            continue
+        held = as_floats(coverage[key])
+        pairs = coverage.get(f"{key}_ci90") or [None] * len(held)
+        ends = [pair or (share, share) for pair, share in zip(pairs, held.tolist(), strict=True)]
+        low, high = (as_floats([pair[side] for pair in ends]) for side in (0, 1))
+        # beside each other, so that intervals of both quantities are seen
+        places = level + (0.004 if i else -0.004)
+        series += [
+            LineSeries(places, held, name=name, role=category(i), silent=True),
+            PointSeries(
+                places,
+                held,
+                y_low=np.minimum(low, held),
+                y_high=np.maximum(high, held),
+                labels=tuple(percent(share) for share in level.tolist()),
+                name=name,
+                role=category(i),
+            ),
+        ]
     if not series:
         return None
     stated = equal_line("as stated", as_floats([0.4, 1.0]))
@@ -405,6 +439,8 @@ def comparison_figure(comparison: Comparison, metric: str = "force_nrmse") -> Pl
 
 
 def _percent_plot(title: str, rows: Sequence[Difference], names: Sequence[str]) -> Plot:
+    """An error is never negative, so that none is smaller by more than the whole other one."""
+    rows = [replace(row, low=max(row.low, -row.mean_b)) for row in rows]
     scales = [100 / row.mean_b if row.mean_b > 0 else np.nan for row in rows]
     return Plot(
         title,

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from ....schema.person_roles import READER
 from ....training.evaluation.metrics import METRICS
 from ..fields import Names, Presentation, request_field
 from ..laboratory import Laboratory
@@ -95,6 +96,7 @@ def _run(request: Comparing, laboratory: Laboratory, _: Progress) -> ModelCompar
 
 COMPARE: Operation[Comparing, ModelComparison] = Operation(
     name="compare",
+    role=READER,
     request=Comparing,
     run=_run,
     help="""Compare models on the held-out pulses that they have in common: which is better, where,

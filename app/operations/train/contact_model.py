@@ -4,7 +4,7 @@ spread out."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ....array_types import Floats
     from ....dataset.table import Predictor
-    from ....training.registry.records import Answer, RegisteredModel
+    from ....training.registry.records import Answer, RegisteredModel, Version
 
 #: Of the bench: physical pulses need them even where they never varied and are no predictor.
 _OF_BENCH = ("impactor_mass_kg", "plate_thickness_m")
@@ -91,11 +91,38 @@ class ContactPulses:
         return titled_table(f"{len(self.index)} pulses predicted by {self.label}", self.to_frame())
 
 
+class PredictingVersion(Protocol):
+    """A version that predicts, wherever the model itself is."""
+
+    @property
+    def version(self) -> Version:
+        """The version as the registry lists it."""
+        ...
+
+    @property
+    def predictors(self) -> tuple[Predictor, ...]:
+        """What it predicts from."""
+        ...
+
+    @property
+    def shots(self) -> int:
+        """How many pulses it was trained on."""
+        ...
+
+    def predict(self, inputs: Inputs) -> Answer:
+        """Pulses of impacts.
+
+        Parameters:
+            inputs: The impacts, with the predictors that the model learned from.
+        """
+        ...
+
+
 class StoredModel:
     """A registered version. `columns` are those that `predict` needs, with the levels or the unit
     of each."""
 
-    def __init__(self, registered: RegisteredModel) -> None:
+    def __init__(self, registered: RegisteredModel | PredictingVersion) -> None:
         self._registered = registered
 
     @property
@@ -156,11 +183,26 @@ def read_model(url: str, name: str, split: str | None = None) -> StoredModel:
         LookupError: For an unknown model; the message names those there are.
         ValueError: For a damaged model.
     """
+    return StoredModel(registered_model(url, name, split))
+
+
+def registered_model(url: str, name: str, split: str | None = None) -> RegisteredModel:
+    """A version as the registry gives it.
+
+    Parameters:
+        url: The address of the store, beside which the registry lies.
+        name: "hybrid@3", "hybrid@champion", or "hybrid" for the newest one.
+        split: The split that the newest version was judged on; by default any.
+
+    Raises:
+        LookupError: For an unknown model; the message names those there are.
+        ValueError: For a damaged model.
+    """
     from ....training.registry.listing import chosen
 
     with models_extra():
         registry = registry_of(url)
-        return StoredModel(registry.load(chosen(registry.versions(), name, split)))
+        return registry.load(chosen(registry.versions(), name, split))
 
 
 def _inputs(predictors: tuple[Predictor, ...], impacts: pd.DataFrame) -> Inputs:

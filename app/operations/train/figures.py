@@ -12,6 +12,7 @@ from ....training.evaluation.floor import SCOPES
 from ....training.evaluation.metrics import METRICS, figures, reconstruct
 from ....training.registry.intact_models import damages
 from ....training.registry.listing import COVERED, finite
+from ...common.number_format import NOTHING, percent
 from .comparing import MOST_EACH_WITH_EACH, comparisons_of
 from .tables import floors_by_ground, json_row
 
@@ -172,6 +173,7 @@ def worst_pulses(judged: Evaluation, label: str, count: int = 10) -> list[dict[s
             "impact_velocity_m_s": float(velocity[row]),
             "measured_peak_force_n": float(pulses.peak_force_n[row]),
             "predicted_peak_force_n": float(peak[row]),
+            "predicted over measured": float(peak[row] / pulses.peak_force_n[row]),
             "measured_contact_time_s": float(pulses.contact_time_s[row]),
             "predicted_contact_time_s": float(prediction.contact_time_s[row]),
             "campaign": str(pulses.campaign[row]),
@@ -244,10 +246,53 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
 
 
 def _coverage(judged: Evaluation, label: str) -> dict[str, Any]:
-    from ....training.evaluation.coverage import coverage, standardised
+    """By quantity the share of held-out points within their intervals, and under `..._ci90` its 90
+    % interval, which counts the points of a configuration as what they are: alike."""
+    from ....training.evaluation.coverage import standardised
+    from ....training.evaluation.summary import clustered, share_interval
 
+    pulses = judged.pulses
     shares: dict[str, Any] = {"level": list(LEVELS)}
     for name, words in (("force", "force"), ("time", "contact time")):
-        scores = standardised(judged.pulses, judged.predictions[label], words)
-        shares[name] = None if scores is None else coverage(scores, np.array(LEVELS)).tolist()
+        scores = standardised(pulses, judged.predictions[label], words)
+        shares[name] = shares[f"{name}_ci90"] = None
+        if scores is None:
+            continue
+        inside = _inside(scores)
+        clusters = clustered(inside, pulses.configuration)
+        ends = zip(*(end.tolist() for end in share_interval(clusters)), strict=True)
+        shares[name] = clusters.mean.tolist()
+        shares[f"{name}_ci90"] = [list(pair) if np.isfinite(pair).all() else None for pair in ends]
     return shares
+
+
+def _inside(scores: Floats) -> Floats:
+    """The share of the points of each pulse within each of `LEVELS`, (n, levels); `scores` are
+    errors in spreads, (n,) or (n, points)."""
+    from scipy.special import ndtri
+
+    rows = np.abs(scores.reshape(len(scores), -1))
+    limits = ndtri((1 + np.array(LEVELS)) / 2)
+    return np.stack([(rows <= limit).mean(axis=1) for limit in limits], axis=1)
+
+
+def coverage_rows(coverage: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Nominal and held shares as rows of a table, with the intervals of the latter."""
+    rows = []
+    for name, words in (("force", "force points"), ("time", "contact times")):
+        if coverage[name] is None:
+            continue
+        for level, held, ends in zip(
+            coverage["level"], coverage[name], coverage[f"{name}_ci90"], strict=True
+        ):
+            low, high = ends or (None, None)
+            rows.append(
+                {
+                    "quantity": words,
+                    "nominal": percent(level),
+                    "held": percent(held),
+                    "from": NOTHING if low is None else percent(low),
+                    "to": NOTHING if high is None else percent(high),
+                }
+            )
+    return rows

@@ -182,8 +182,8 @@ MODEL_LIST: Operation[ModelList, Any] = Operation(
     help="""List the registered models, the best first, with their figures on both splits.
 
 The list names the floor that repetitions set, and the figures of the thesis. `pyroshock models
-MODEL@VERSION` shows one version with its figures and the settings that its training searched and
-chose.
+MODEL@VERSION` shows one version with its figures and the settings of its training, and which of
+them a search chose.
 
 A star marks the model in use. Errors are shares, as means over held-out pulses; --json gives all
 metrics with intervals. With --csv, --sort or --columns there is one row for each version, with its

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, model_validator
 
+from ....schema.person_roles import ENGINEER
 from ..faults import about
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
@@ -107,6 +108,8 @@ def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDe
 
 PROMOTE: Operation[Promoting, PromotionDecision] = Operation(
     name="promote",
+    role=ENGINEER,
+    changes_elsewhere=True,
     request=Promoting,
     run=_run,
     help="""Put a model in use: predictions on benches of its kind (gun or hammer) take it from then

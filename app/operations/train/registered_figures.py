@@ -244,6 +244,21 @@ def pulses_figure(pulses: PulseTable, prediction: ContactPrediction) -> PlotGrid
     return PlotGrid("Held-out pulses", tuple(grid))
 
 
+def worst_pulse_figures(
+    pulses: PulseTable, prediction: ContactPrediction, most: int = 3
+) -> list[Plot]:
+    """The held-out pulses with the largest force error, measured and predicted, the worst first.
+    `prediction` is of the held-out `pulses` row by row."""
+    nrmse = pulse_errors(pulses, prediction).force_nrmse
+    figures = []
+    for place, row in enumerate(np.argsort(-nrmse)[:most], 1):
+        words = f"{pulses.tip_material[row]}, run {pulses.run[row]}"
+        words = f"{words}, repetition {pulses.repetition[row]}"
+        title = f"{place}: {words}; force error {100 * nrmse[row]:.3g} %"
+        figures.append(_pulse_plot(pulses, prediction, int(row), title))
+    return figures
+
+
 def _of_ranks(rows: NDArray[np.intp], nrmse: Floats) -> NDArray[np.intp]:
     order = rows[np.argsort(nrmse[rows], kind="stable")]
     return order[np.round(np.array(_SHARES) * (len(order) - 1)).astype(np.intp)]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from ....schema.person_roles import READER
 from ..fields import Presentation, Seed, request_field
 from ..laboratory import Laboratory
 from ..operation import (
@@ -243,6 +244,8 @@ DATASET_TRACE = Operation(
 )
 DATASET_EXPORT = Operation(
     name="dataset-export",
+    role=READER,
+    unrecorded=True,
     request=NamedDataset,
     run=_export,
     help="""Write a dataset to a file, with a row per pulse: its key, predictors, figures and points

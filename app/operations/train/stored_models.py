@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from ....schema.person_roles import ENGINEER
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import (
@@ -196,6 +197,7 @@ MODEL_SHOW = Operation(
 )
 MODEL_DELETE = Operation(
     name="model-delete",
+    changes_elsewhere=True,
     request=DeletedVersion,
     run=_delete,
     help="""Delete one version of a model from the registry. The model in use is refused.
@@ -212,6 +214,8 @@ pyroshock models delete linear@1 --yes""",
 )
 MODEL_RECOVER = Operation(
     name="model-recover",
+    role=ENGINEER,
+    changes_elsewhere=True,
     request=Request,
     run=_recover,
     help="""Register the surviving files of versions again that the store lists and the registry has

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import ValidationInfo, field_validator
 
+from ....schema.person_roles import ENGINEER
 from ..faults import about
 from ..fields import Names, Presentation, Seed, request_field, source_of
 from ..laboratory import Laboratory
@@ -153,6 +154,7 @@ def fenced_registry(db: str, store: Store) -> Registry:
 
 TRAIN: Operation[Training, TrainingRuns] = Operation(
     name="train",
+    role=ENGINEER,
     request=Training,
     run=_run,
     check=check,

@@ -45,7 +45,6 @@ ERRORS = {
     "peak_force_error": "error of the peak force",
     "contact_time_error": "error of the contact time",
     "impulse_error": "error of the impulse",
-    "cost": "cost",
 }
 #: Coverage of a version -> what its bands hold.
 COVERED = {"force_covered": "force points", "time_covered": "contact times"}
@@ -93,15 +92,30 @@ def share_with_range(metric: Mapping[str, Any]) -> str:
     return f"{share(metric['mean'])} ({share_range(interval)})"
 
 
+def is_relative(metric: str) -> bool:
+    """Whether the errors of a metric are shares of what was measured."""
+    return metric.endswith("_error") or metric == "force_nrmse"
+
+
 def metric_number(metric: str, value: float) -> Number:
-    """A mean error of a metric, or a difference of such errors: relative ones in per cent."""
-    relative = metric.endswith("_error") or metric == "force_nrmse"
-    return Number(metric, value, "error" if relative else "quantity")
+    """A mean error of a metric: relative ones in per cent."""
+    return Number(metric, value, "error" if is_relative(metric) else "quantity")
+
+
+def difference_number(metric: str, value: float) -> Number:
+    """A difference of two mean errors: of relative ones in percentage points, since "better by 96
+    %" would be read as a share of the other error, which no difference exceeds."""
+    return Number(metric, value, "points" if is_relative(metric) else "quantity")
 
 
 def metric_cell(metric: str, value: float | None) -> str:
-    """The same as a cell of a table, with its unit; a dash for none."""
+    """A mean error as a cell of a table, with its unit; a dash for none."""
     return NOTHING if value is None else str(metric_number(metric, value))
+
+
+def difference_cell(metric: str, value: float | None) -> str:
+    """A difference of two mean errors as a cell of a table; a dash for none."""
+    return NOTHING if value is None else str(difference_number(metric, value))
 
 
 # --- one version
@@ -298,12 +312,12 @@ class _Lead:
     def shown(self) -> dict[str, Any]:
         """Words and numbers of a sentence."""
         shown: dict[str, Any] = {"better": self.better, "worse": self.worse}
-        shown["difference"] = metric_number(self.metric, self.size)
+        shown["difference"] = difference_number(self.metric, self.size)
         if math.isfinite(self.p_value):
             shown["p_value"] = Number("p_value", self.p_value)
         if self.ends:
             shown |= {
-                name: metric_number(self.metric, end)
+                name: difference_number(self.metric, end)
                 for name, end in zip(("low", "high"), self.ends, strict=True)
             }
         if self.least:
@@ -321,9 +335,9 @@ class _Lead:
             "larger error": self.worse,
             "metric": metric_words(self.metric),
             **own,
-            "difference": metric_cell(self.metric, self.size),
-            "from": metric_cell(self.metric, low),
-            "to": metric_cell(self.metric, high),
+            "difference": difference_cell(self.metric, self.size),
+            "from": difference_cell(self.metric, low),
+            "to": difference_cell(self.metric, high),
             "p_value": self.p_value if math.isfinite(self.p_value) else None,
             **({} if own else least),
         }
@@ -367,7 +381,9 @@ def _group_sentences(differences: Sequence[Mapping[str, Any]]) -> Iterator[Sente
             better=better,
             worse=own[0].worse,
             metric=metric_words(own[0].metric),
-            **{f"lead_{i}": metric_number(lead.metric, lead.size) for i, lead in enumerate(own)},
+            **{
+                f"lead_{i}": difference_number(lead.metric, lead.size) for i, lead in enumerate(own)
+            },
         )
 
 

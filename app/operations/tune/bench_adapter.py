@@ -27,7 +27,7 @@ from ....twin.tune.tuner import SettingToAvoid, Tuned
 from ...twins.benches import LEAST_PRESSURE_PA
 
 NONE = "none"
-#: Proposals that are told.
+#: Settings to avoid that are told.
 SHOWN = 10
 #: Tips of a continuous radius that are tried.
 _MOST_RADII = 9
@@ -216,9 +216,10 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
 
 
 def proposal_rows(tuned: Tuned) -> list[dict[str, Any]]:
-    """What is told of the best settings, the best first."""
+    """What is told of the settings to choose from, the best first."""
     return [
-        proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:SHOWN], 1)
+        proposal_json(choice.proposal, rank) | choice.as_json()
+        for rank, choice in enumerate(tuned.choices, 1)
     ]
 
 

@@ -22,12 +22,20 @@ from ...figures.figure import (
     Plot,
     PlotAxis,
     PlotSeries,
+    PointSeries,
+    ReferenceLine,
     as_floats,
     category,
 )
-from ..impacts.figures import paper_lines
+from ..impacts.four_coordinate_paper import paper_lines
 from .bench_adapter import level_m_s2
-from .verdict import drawn_share
+from .verdict import (
+    drawn_share,
+    met_interval,
+    met_probability,
+    required_probability,
+    short_words,
+)
 
 #: Proposals that are drawn.
 _BEST = 3
@@ -58,13 +66,14 @@ def target_figure(target: Target) -> Plot:
     finite_edges = np.concatenate([velocity, *shown])
     low = float(10 ** np.floor(np.log10(finite_edges.min())))
     high = float(10 ** np.ceil(np.log10(finite_edges.max())))
-    paper, words = paper_lines(float(lines[0]), float(lines[-1]), low, high)
+    ends_hz = float(lines[0]) / 1.1, float(lines[-1]) * 1.1
+    paper, words = paper_lines(*ends_hz, low, high)
     levels = tuple(
         f"{format_number(level * display.scale, 3)} {display.unit}" for level in dense.level_m_s2
     )
     return Plot(
         "Specification",
-        PlotAxis("natural frequency", "Hz", scale="log"),
+        PlotAxis("natural frequency", "Hz", scale="log", limits=ends_hz),
         PlotAxis("pseudo-velocity", "m/s", scale="log", limits=(low, high)),
         (
             *paper,
@@ -72,6 +81,35 @@ def target_figure(target: Target) -> Plot:
             LineSeries(lines, velocity, labels=levels, name="prescribed"),
         ),
         labels=tuple(words),
+        equal_decades=True,
+    )
+
+
+def choices_figure(tuning: Mapping[str, Any]) -> Plot:
+    """The probability that each setting to choose from meets the target, with its 90 % interval
+    from the draws, and what is required."""
+    rows = tuning["proposals"]
+    met = 100 * as_floats([drawn_share(met_probability(row, tuning)) for row in rows])
+    low = high = met
+    if draws := tuning.get("draws"):
+        ends = [met_interval(met_probability(row, tuning), draws) for row in rows]
+        low, high = (100 * as_floats([pair[side] for pair in ends]) for side in (0, 1))
+    names = tuple(f"{row['rank']}: {short_words(row['settings'])}" for row in rows)
+    points = PointSeries(
+        met,
+        np.arange(len(rows), dtype=np.float64),
+        x_low=np.minimum(low, met),
+        x_high=np.maximum(high, met),
+        name="probability with its 90 % interval",
+    )
+    required = 100 * required_probability(tuning)
+    return Plot(
+        "Settings to choose from",
+        PlotAxis("probability that the next shot meets the target", "%", limits=(0.0, 100.0)),
+        PlotAxis("setting", categories=names, reversed=True),
+        (points,),
+        (ReferenceLine("x", required, "required"),),
+        height=max(180.0, 110.0 + 34 * len(names)),
     )
 
 
@@ -109,10 +147,17 @@ def goal_figure(tuned: Tuned, goal: Goal) -> Plot:
     )
     proposals = [
         ProposedSpectrum(
-            proposal.probability_within,
-            *(level_m_s2(db) for db in (proposal.level_db, proposal.lower_db, proposal.upper_db)),
+            choice.proposal.probability_within,
+            *(
+                level_m_s2(db)
+                for db in (
+                    choice.proposal.level_db,
+                    choice.proposal.lower_db,
+                    choice.proposal.upper_db,
+                )
+            ),
         )
-        for proposal in tuned.proposals[:_BEST]
+        for choice in tuned.choices[:_BEST]
     ]
     return _proposals_plot(goal.frequency_hz, level_m_s2(goal.level_db), low, high, proposals)
 

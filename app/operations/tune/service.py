@@ -287,4 +287,4 @@ def search_settings(
 
     with models_extra():
         session = session_of(store, url, target, search, twin)
-    return TunedSettings(session.run(step), session.goal, session.notes, twin)
+    return TunedSettings(session.run(step), session.goal, session.notes, session.answering)

@@ -17,6 +17,7 @@ from ....twin.tune.space import TuningSpace
 from ....twin.tune.tuner import FiredShots, Tuned, tune
 from ...twins.building import BuiltTwin, TwinRequest, twin_of
 from ...twins.measured_shots import read_measured_shots, struck_plate
+from ..predict.factors import answering_contact
 from .bench_adapter import SensorTwin, bench_refusals, goal_of, outside_of, tuning_space
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class TuningSession:
-    """Ready to run; `notes` are for the user."""
+    """Ready to run; `notes` are for the user. `answering` is the request of the twin by the names
+    of what answers it, which stay the same when another model is put in use."""
 
     search: SpectrumSearch
     built: BuiltTwin
@@ -36,6 +38,7 @@ class TuningSession:
     limits: BenchLimits
     measured: FiredShots
     notes: tuple[str, ...]
+    answering: TwinRequest
 
     def run(self, progress: Progress | None = None) -> Tuned:
         """Raises as `twin.tune.tuner.tune`."""
@@ -84,7 +87,12 @@ def session_of(
     measured, left_out = _measured(store, built, search)
     goal = goal_of(target, built.twin.frequency_hz, search.share)
     notes = (*(line for line in built.notes if line), *left_out)
-    return TuningSession(search, built, goal, space, limits, measured, notes)
+    answering = replace(
+        twin,
+        campaign=built.bench.campaign,
+        contact=answering_contact(built, twin.contact),
+    )
+    return TuningSession(search, built, goal, space, limits, measured, notes, answering)
 
 
 def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> BuiltTwin:

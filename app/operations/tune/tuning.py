@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ....files.atomic_write import write_text
+from ....schema.person_roles import OPERATOR
 from ...common.number_format import finite
 from ..faults import about_field
 from ..laboratory import Laboratory
@@ -48,6 +49,7 @@ def _label(request: Any) -> str:
 
 TUNE: Operation[Tuning, TunedSettings] = Operation(
     name="tune",
+    role=OPERATOR,
     request=Tuning,
     run=_run,
     check=check,

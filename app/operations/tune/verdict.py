@@ -4,11 +4,11 @@ whether the target is met, the best setting, and what to do next."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from ...common.number_format import percent
+from ...common.number_format import join_words, percent
 from ..operation import ResultTable
 from ..sentence import (
     FALLS_SHORT,
@@ -34,6 +34,48 @@ _REMEDIES = {
     "allows a wider tolerance at the worst line.",
     "tolerance": "Ask for a wider tolerance, or for a share of the lines below 1.",
 }
+#: Column of a merit in the table, whose cells the sentences say.
+_MERIT_COLUMNS = {
+    "margin_db": "smallest_margin_db",
+    "band_db": "band_half_width_db",
+    "scatter_db": "repeat_scatter_db",
+    "shots": "shots with these parts",
+    "changes": "changes of the set-up",
+}
+#: What a setting is better at -> its merit, its kind of number, the words after "has", and what
+#: stands for the number of the best setting where that has none.
+_REASONS: dict[str, tuple[str, Literal["quantity", "count"], str, str]] = {
+    "margin": (
+        "margin_db",
+        "quantity",
+        "a larger margin at its worst line ({value}{against})",
+        "",
+    ),
+    "certainty": (
+        "band_db",
+        "quantity",
+        "a narrower 90 % band (half of it is {value}{against})",
+        "",
+    ),
+    "repeatability": (
+        "scatter_db",
+        "quantity",
+        "shots that were repeated and scatter by {value} (standard deviation{against})",
+        "; the best setting was not repeated",
+    ),
+    "measured": (
+        "shots",
+        "count",
+        "more measured shots with its parts and bullet ({value}{against})",
+        "",
+    ),
+    "effort": (
+        "changes",
+        "count",
+        "fewer parts or bullets to change from the set-up of the last shot ({value}{against})",
+        "",
+    ),
+}
 _EVERY_LINE = "every line of the next shot lies within tolerance"
 
 
@@ -49,11 +91,11 @@ def _probability(value: float) -> Number:
 def best_proposal(data: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """The setting that all sentences are about: the first that meets the target, else the first."""
     proposals: list[Mapping[str, Any]] = data["proposals"]
-    meeting = (row for row in proposals if _met(row, data) >= _required(data))
+    meeting = (row for row in proposals if met_probability(row, data) >= required_probability(data))
     return next(meeting, proposals[0] if proposals else None)
 
 
-def _met(row: Mapping[str, Any], data: Mapping[str, Any]) -> float:
+def met_probability(row: Mapping[str, Any], data: Mapping[str, Any]) -> float:
     """The probability that a setting meets the whole rule. Results of older software have that of
     the best alone, or none."""
     if "probability_met" in row:
@@ -61,15 +103,20 @@ def _met(row: Mapping[str, Any], data: Mapping[str, Any]) -> float:
     return float((data.get("attainability") or row).get("probability", row["probability_within"]))
 
 
-def _required(data: Mapping[str, Any]) -> float:
+def required_probability(data: Mapping[str, Any]) -> float:
     return float((data.get("attainability") or {}).get("at_least", 0.5))
 
 
-def _interval(probability: float, draws: int) -> tuple[Number, Number]:
+def met_interval(probability: float, draws: int) -> tuple[float, float]:
     """Wilson's 90 % interval of a share of draws."""
     from scipy.stats import binomtest
 
     low, high = binomtest(round(probability * draws), draws).proportion_ci(0.9, method="wilson")
+    return float(low), float(high)
+
+
+def _interval(probability: float, draws: int) -> tuple[Number, Number]:
+    low, high = met_interval(probability, draws)
     return _probability(low), _probability(high)
 
 
@@ -84,9 +131,13 @@ def answer_sentences(data: Mapping[str, Any]) -> list[Sentence]:
         refused: Mapping[str, Any] = {"count": 0, "needed": 1}
         answer = sentence("No setting meets the target.", NOT_ENOUGH, refused)
         return [answer, *_obstacle_sentence(attainability, answer)]
-    met, required, draws = _met(best, data), _required(data), data.get("draws")
+    met, required, draws = (
+        met_probability(best, data),
+        required_probability(data),
+        data.get("draws"),
+    )
     count = max(
-        sum(_met(row, data) >= required for row in data["proposals"]),
+        sum(met_probability(row, data) >= required for row in data["proposals"]),
         attainability.get("meeting", 0),
     )
     shown: dict[str, Number | str] = {
@@ -135,7 +186,7 @@ def best_sentences(data: Mapping[str, Any]) -> list[Sentence]:
     words, numbers = setting_words(best["settings"])
     sentences = [Sentence(f"The best setting is {words}.", numbers)]
     within = _probability(best["probability_within"])
-    if str(within) != str(_probability(_met(best, data))):
+    if str(within) != str(_probability(met_probability(best, data))):
         sentences.append(
             sentence(
                 "Every line lies within tolerance with a probability of {within}.", within=within
@@ -163,7 +214,44 @@ def best_sentences(data: Mapping[str, Any]) -> list[Sentence]:
 
 def tuning_sentences(data: Mapping[str, Any]) -> list[Sentence]:
     """The answer in words."""
-    return [*answer_sentences(data), *best_sentences(data)]
+    return [*answer_sentences(data), *best_sentences(data), *choice_sentences(data)]
+
+
+def choice_sentences(data: Mapping[str, Any]) -> list[Sentence]:
+    """What each further setting is better at than the best one."""
+    first, *others = data["proposals"] or [{}]
+    return [
+        _choice_sentence(row, first["merits"])
+        for row in others
+        if row.get("better_at") and first.get("merits")
+    ]
+
+
+def _choice_sentence(row: Mapping[str, Any], first: Mapping[str, Any]) -> Sentence:
+    merits, reasons, numbers = row["merits"], list[str](), list[Number]()
+    for merit in row["better_at"]:
+        words, *own = _reason(merit, merits, first)
+        reasons.append(words)
+        numbers += own
+    setting, own_numbers = setting_words(row["settings"])
+    rank = Number("rank", row["rank"], "count")
+    return Sentence(
+        f"Setting {rank} ({setting}) has {join_words(reasons)}.", [rank, *own_numbers, *numbers]
+    )
+
+
+def _reason(
+    merit: str, own: Mapping[str, Any], first: Mapping[str, Any]
+) -> tuple[str, *tuple[Number, ...]]:
+    """What a setting has more of, after "has", with its number and that of the best setting."""
+    key, kind, words, unknown = _REASONS[merit]
+    value, best = own[key], first[key]
+    shown = [
+        Number(_MERIT_COLUMNS[key], number, kind) for number in (value, best) if number is not None
+    ]
+    against = f" against {shown[-1]}" if best is not None else unknown
+    more = f"{shown[0]}" if value is not None else "no near edge"
+    return words.format(value=more, against=against), *shown
 
 
 def _worst_error_db(row: Mapping[str, Any], data: Mapping[str, Any]) -> float | None:
@@ -194,11 +282,22 @@ def setting_words(settings: Mapping[str, Any]) -> tuple[str, tuple[Number, ...]]
     return ", ".join((*amounts, tip, anvil, f"position {settings['impact_position']}")), numbers
 
 
+def short_words(settings: Mapping[str, Any]) -> str:
+    """`1.3 bar, 0.4 kg, steel 45 mm`: enough to know a setting in a picture."""
+    pressure, mass, radius = (
+        str(Number(key, settings[key]))
+        for key in ("tank_pressure_pa", "bullet_mass_kg", "tip_radius_m")
+    )
+    return f"{pressure}, {mass}, {settings['tip_material']} {radius}"
+
+
 def next_steps(data: Mapping[str, Any]) -> list[Sentence]:
     """What a laboratory does after the search."""
     attainability = data.get("attainability") or {}
     obstacle = attainability.get("obstacle") or {}
-    steps = _remedy(obstacle, _required(data)) if obstacle.get("kind") in _REMEDIES else []
+    steps = (
+        _remedy(obstacle, required_probability(data)) if obstacle.get("kind") in _REMEDIES else []
+    )
     if data["proposals"]:
         steps.append(
             Sentence(
@@ -258,8 +357,8 @@ def _answer_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     best = best_proposal(data)
     if best is None:
         return
-    met, required = _met(best, data), _required(data)
-    count = sum(_met(row, data) >= required for row in data["proposals"])
+    met, required = met_probability(best, data), required_probability(data)
+    count = sum(met_probability(row, data) >= required for row in data["proposals"])
     row: dict[str, Any] = {
         "target met": _probability(met).cell,
         "required": percent(required),
@@ -276,20 +375,33 @@ def proposal_row(row: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, A
     return {
         "rank": row["rank"],
         **setting_cells(row["settings"]),
-        "target met": _probability(_met(row, data)).cell,
+        "target met": _probability(met_probability(row, data)).cell,
         "every line fits": _probability(row["probability_within"]).cell,
         "95 % of lines fit": _probability(row["probability_95_percent_within"]).cell,
         "lines that fit": percent(row.get("share_within", float("nan"))),
         "smallest_margin_db": row["worst_margin_db"],
         "at_hz": row["worst_frequency_hz"],
         "level_error_db": _worst_error_db(row, data),
+        **_merit_cells(row),
         "alternatives": len(row["alternatives"]),
+    }
+
+
+def _merit_cells(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Results of older software have none."""
+    merits = row.get("merits") or {}
+    return {
+        column: merits[key]
+        for key, column in _MERIT_COLUMNS.items()
+        if key in merits and key != "margin_db"
     }
 
 
 def _obstacle_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     obstacle = (data.get("attainability") or {}).get("obstacle")
-    if obstacle and not any(_met(row, data) >= _required(data) for row in data["proposals"]):
+    if obstacle and not any(
+        met_probability(row, data) >= required_probability(data) for row in data["proposals"]
+    ):
         yield {
             "obstacle": obstacle["kind"],
             "target met without it": _probability(obstacle["probability_without"]).cell,
@@ -297,6 +409,7 @@ def _obstacle_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             "margin_db": obstacle["margin_db"],
             "shot_scatter_db": obstacle.get("shot_scatter_db"),
             "limits": "; ".join(obstacle["limits"]),
+            "figures": "; ".join(obstacle.get("figures", ())),
         }
 
 

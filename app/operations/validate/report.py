@@ -97,9 +97,9 @@ def _scores(data: Mapping[str, Any]) -> list[Block]:
         Paragraph(
             "“At least” and “at most” are the ends of the 95 % interval of the share inside the "
             "90 % band, of all quantities together. It counts independent values, not shots: "
-            "repetitions resemble each other. The mean deviation is measured over predicted. CRPS "
-            "is the continuous ranked probability score of the logarithm, or of the level in dB; "
-            "less is better.",
+            "repetitions resemble each other. The mean deviation is that of the prediction from "
+            "the measured value: + is too high. CRPS is the continuous ranked probability score of "
+            "the logarithm, or of the level in dB; less is better.",
             quiet=True,
         ),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....schema.person_roles import OPERATOR
 from ..faults import about_field
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Output, Progress
@@ -45,6 +46,7 @@ def _write_report(validation: TwinValidation, path: Path) -> None:
 
 VALIDATE: Operation[ValidationRequest, TwinValidation] = Operation(
     name="validate",
+    role=OPERATOR,
     request=ValidationRequest,
     run=_run,
     check=check,

@@ -34,7 +34,7 @@ from ....validation.prediction_scores.shot_comparison import (
     shot_rows,
 )
 from ...common.number_format import NOTHING as NOTHING_KNOWN
-from ...common.number_format import finite, number, percent, signed_percent
+from ...common.number_format import finite, number, percent
 from ...twins.adopted_effects import adopted_for
 from ...twins.building import BuiltTwin, TwinRequest, twin_of
 from ...twins.learning import MOST_SHOTS
@@ -44,6 +44,7 @@ from .verdict import (
     independent_values,
     is_calibrated,
     joint_interval,
+    prediction_deviation,
     quantity_words,
     verdict_text,
 )
@@ -61,8 +62,8 @@ if TYPE_CHECKING:
 _LEARNING_S, _DRAW_S = 10.0, 0.003
 #: Of one row of `quantities`: 90 % bands that hold what they promise are near this share.
 COLUMNS = ("quantity", "shots", "configurations", "independent values", "inside 50 % band",
-           "inside 90 % band", "at least", "at most", "median error", "mean deviation",
-           "width of 90 % band", "CRPS")  # fmt: skip
+           "inside 90 % band", "at least", "at most", "median error",
+           "mean deviation of the prediction", "width of 90 % band", "CRPS")  # fmt: skip
 #: Those of the columns that a telephone shows first.
 MAIN_COLUMNS = ("quantity", "shots", "inside 90 % band", "median error")
 
@@ -83,7 +84,7 @@ def score_rows(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             percent(low),
             percent(high),
             str(error_number(row["median_abs_error"], unit)),
-            _deviation(row["bias"], unit),
+            prediction_deviation(row["bias"], unit),
             _width(row["sharpness90"], unit),
             f"{number(row['crps'])} {unit}",
         )
@@ -110,18 +111,25 @@ def adopted_lines(data: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def adopted_rows(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The errors without and with adopted effects, a row for each quantity."""
+    adopted = data.get("adopted") or {}
+    return [
+        {
+            "quantity": quantity_words(row["name"]),
+            "median error without": str(error_number(row["without"], row["unit"])),
+            "median error with": str(error_number(row["with"], row["unit"])),
+        }
+        for row in adopted.get("errors", ())
+    ]
+
+
 def reason_lines(reasons: Sequence[str]) -> list[str]:
     """Why shots are not compared, each reason once with its number: "no recording (5)"."""
     counts = Counter(reason.partition(": ")[2] or reason for reason in reasons)
     return [
         f"{reason} ({count})" if count > 1 else reason for reason, count in counts.most_common()
     ]
-
-
-def _deviation(value: float, unit: str) -> str:
-    if unit == "dB":
-        return f"{value:+.2f} dB".replace("-", "−")
-    return signed_percent(math.expm1(value))
 
 
 def _width(value: float, unit: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ....validation.prediction_scores.quantity_score import ERROR, Coverage
-from ...common.number_format import join_words
+from ...common.number_format import join_words, signed_percent
 from ..sentence import (
     HOLDS,
     NOT_ENOUGH,
@@ -250,6 +250,39 @@ def _errors(rows: Sequence[Row]) -> Sentence:
     ]
     text = join_words(parts)
     return Sentence(f"{text[0].upper()}{text[1:]} in the median.", numbers)
+
+
+def prediction_deviation(bias: float, unit: str) -> str:
+    """What the predictions differ by from the measured values in the mean, where `bias` is measured
+    less predicted: `+27.2 %` of predictions that are too high."""
+    if unit == "dB":
+        return f"{-bias:+.2f} dB".replace("-", "−")
+    return signed_percent(math.expm1(-bias))
+
+
+def failure_rows(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The failures as rows of a table: which shots, which quantity, by how much its predictions
+    differ from what was measured, and the probability of chance."""
+    units = {row["name"]: row["unit"] for row in data["quantities"]}
+    return [
+        {
+            "where": failure["rule"].replace("_", " "),
+            "quantity": quantity_words(failure["quantity"]),
+            "prediction": _failure_words(failure["bias"], units.get(failure["quantity"], "ln")),
+            "shots": failure["shots"],
+            "p_value": float(failure["p_value"]),
+        }
+        for failure in data["failures"]
+        if "bias" in failure
+    ]
+
+
+def _failure_words(bias: float, unit: str) -> str:
+    """Rounded as the sentence of the failure is (`PredictionFailure.sentence`)."""
+    size = f"{100 * abs(bias):.0f} %"
+    if unit == "dB":
+        size = f"{abs(20 * math.log10(1 + bias)):.1f} dB"
+    return f"{size} too {'low' if bias < 0 else 'high'}"
 
 
 def failure_sentences(data: Mapping[str, Any]) -> list[Sentence]:

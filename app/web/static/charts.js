@@ -1,121 +1,27 @@
-// Draws every [data-figure] from the JSON beside it, saves charts as files, and keeps linked
-// charts in step.
+// Draws every [data-figure] from the JSON beside it, keeps linked charts in step, and the address with
+// what they show.
 "use strict";
 const pyroshock = (() => {
-  // What is shown, as a table. Texts that a spreadsheet would take for formulas get an apostrophe,
-  // as in the files that the server writes.
-  const guarded = (text) =>
-    /^'*[=+\-@\t\r\n＝＋－＠]./s.test(text) &&
-    !/^[-+]?(\d+([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?$/i.test(text)
-      ? `'${text}`
-      : text;
-  const quote = (text) => `"${guarded(String(text)).replaceAll('"', '""')}"`;
-  const cellOf = (value) =>
-    typeof value === "number" ? value : value === null || value === undefined ? "" : quote(value);
-  // The columns of each kind of series: axis, what is beside its heading, numbers.
-  const COLUMNS = {
-    line: (own) => [
-      ["x", "", own.x],
-      ["y", "", own.y],
-    ],
-    points: (own) => [
-      ["x", "", own.x],
-      ["x", ", from", own.x_low],
-      ["x", ", to", own.x_high],
-      ["y", "", own.y],
-      ["y", ", from", own.y_low],
-      ["y", ", to", own.y_high],
-    ],
-    steps: (own) => [
-      ["x", ", from", own.edges.slice(0, -1)],
-      ["x", ", to", own.edges.slice(1)],
-      ["y", "", own.values],
-    ],
-    bars: (own) => [
-      [own.horizontal ? "y" : "x", "", own.position],
-      ...[
-        ["", own.end],
-        [", begin", own.base],
-        [", from", own.low],
-        [", to", own.high],
-      ].map(([part, numbers]) => [own.horizontal ? "x" : "y", part, numbers]),
-    ],
-    boxes: (own) => [
-      ["x", "", own.samples.flatMap((values, i) => values.map(() => own.position[i]))],
-      ["y", "", own.samples.flat()],
-    ],
-    band: (own) => [
-      ["x", "", own.x],
-      ["y", ", from", own.low],
-      ["y", ", to", own.high],
-    ],
-  };
-  const csvOf = (figure) => {
-    const map = figure.series.find((own) => own.kind === "heat");
-    if (map)
-      return [
-        ["", ...figure.x.categories],
-        ...map.values.map((row, i) => [figure.y.categories[i], ...row]),
-      ]
-        .map((row) => row.map(cellOf).join(","))
-        .join("\n");
-    const columns = figure.series
-      .filter((own) => !own.silent)
-      .flatMap((own, place) =>
-        COLUMNS[own.kind](own)
-          .filter(([, , numbers]) => numbers)
-          .map(([key, part, numbers]) => {
-            const { categories, heading } = figure[key],
-              shown = (value) =>
-                categories.length && value !== null ? categories[Math.round(value)] : value;
-            return [
-              `${own.detail || own.name || `curve ${place + 1}`}: ${heading}${part}`,
-              ...numbers.map(shown),
-            ];
-          }),
-      );
-    const length = Math.max(0, ...columns.map((column) => column.length));
-    return Array.from({ length }, (_, row) =>
-      columns.map((column) => cellOf(column[row])).join(","),
-    ).join("\n");
-  };
-  const save = (name, content) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(content);
-    link.download = name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  };
-  const savePng = (name, chart) => {
-    const picture = new Image(),
-      address = URL.createObjectURL(new Blob([chart.markup()], { type: "image/svg+xml" }));
-    picture.addEventListener("load", () => {
-      const canvas = document.createElement("canvas");
-      canvas.width = 2 * picture.naturalWidth;
-      canvas.height = 2 * picture.naturalHeight;
-      canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
-      URL.revokeObjectURL(address);
-      canvas.toBlob((content) => save(`${name}.png`, content), "image/png");
-    });
-    picture.src = address;
-  };
+  const { csvOf, save, savePng } = pyroshockFiles;
+  const chartsOf = (chart) => chart.charts || [chart];
   // Buttons below a chart, which the keyboard reaches.
   const tools = (element) => {
     const box = element.closest("figure");
     if (!box || box.querySelector(".chart-tools")) return;
     const row = document.createElement("div"),
       name = `pyroshock-${box.id || "chart"}`,
-      chart = element.chart;
+      chart = element.chart,
+      blob = (content, type) => new Blob([content], { type });
     row.className = "chart-tools no-print";
     row.setAttribute("role", "group");
     row.setAttribute("aria-label", "View and save this chart");
     [
       ["Zoom in", () => chart.zoomBy(0.5)],
       ["Zoom out", () => chart.zoomBy(2)],
-      ["Everything", () => chart.zoom({ x: null, y: null })],
-      ["PNG", () => savePng(name, chart)],
-      ["SVG", () => save(`${name}.svg`, new Blob([chart.markup()], { type: "image/svg+xml" }))],
-      ["CSV", () => save(`${name}.csv`, new Blob([csvOf(chart.figure)], { type: "text/csv" }))],
+      ["Everything", () => chart.everything()],
+      ["PNG", () => savePng(name, chart.markup())],
+      ["SVG", () => save(`${name}.svg`, blob(chart.markup(), "image/svg+xml"))],
+      ["CSV", () => save(`${name}.csv`, blob(csvOf(chartsOf(chart)), "text/csv"))],
     ].forEach(([words, act]) => {
       const button = document.createElement("button");
       button.type = "button";
@@ -126,35 +32,54 @@ const pyroshock = (() => {
     });
     box.append(row);
   };
-  // Charts of one group show the same stretch: what one is zoomed to, the others follow.
+  // Charts of one group show the same stretch of x and the same curves, and have one cursor: what one
+  // does, the others follow.
   const link = (element) => {
     const group = element.dataset.link;
     if (!group) return;
-    element.addEventListener("zoomed", (event) =>
-      document.querySelectorAll(`[data-link="${group}"]`).forEach((other) => {
-        if (element.following || other === element || !other.chart) return;
-        other.following = true;
-        other.chart.zoom({ x: event.detail });
-        other.following = false;
-      }),
+    const others = (aspect, act) => {
+      if (element.following) return;
+      document.querySelectorAll(`[data-link="${CSS.escape(group)}"]`).forEach((other) => {
+        if (other === element || !other.chart || other.chart.charts) return;
+        other.following = aspect;
+        act(other.chart);
+        other.following = "";
+      });
+    };
+    const follow = {
+      zoomed: (chart, ends) => chart.zoom({ x: ends }),
+      pointed: (chart, x) => chart.follow(x),
+      switched: (chart, names) => chart.hide(names),
+    };
+    Object.entries(follow).forEach(([event, act]) =>
+      element.addEventListener(event, ({ detail }) =>
+        others(event, (chart) => act(chart, detail)),
+      ),
     );
   };
   // The address holds what each chart is zoomed to and which curves are hidden, so that a link shows
   // what is seen: `spectra.x=100~2000&spectra.hide=shot+2`, by the id of the chart.
+  const EVERYTHING = "all";
   const held = () =>
     new URLSearchParams(location.hash.includes("=") ? location.hash.slice(1) : "");
   const hold = (id, chart) => {
-    const address = held();
+    const address = held(),
+      first = chart.firstView(),
+      { following } = chart.element; // what it follows stands in the address at the chart that leads
+    const words = (ends) =>
+      ends ? ends.map((end) => Number(end.toPrecision(7))).join("~") : EVERYTHING;
     ["x", "y"].forEach((key) => {
-      const ends = chart.view[key];
-      if (ends)
-        address.set(`${id}.${key}`, ends.map((end) => Number(end.toPrecision(7))).join("~"));
-      else address.delete(`${id}.${key}`);
+      const view = words(chart.view[key]);
+      if (key === "x" && following === "switched") return;
+      if ((key === "x" && following === "zoomed") || view === words(first[key]))
+        address.delete(`${id}.${key}`);
+      else address.set(`${id}.${key}`, view);
     });
-    address.delete(`${id}.hide`);
+    if (following !== "zoomed") address.delete(`${id}.hide`);
     const usual = chart.hiddenAtFirst(),
       names = [...chart.hidden];
-    if (names.length !== usual.size || names.some((name) => !usual.has(name)))
+    const differs = names.length !== usual.size || names.some((name) => !usual.has(name));
+    if (differs && !following)
       (names.length ? names : [""]).forEach((name) => address.append(`${id}.hide`, name));
     const text = address.toString();
     history.replaceState(
@@ -168,6 +93,7 @@ const pyroshock = (() => {
     const address = held(),
       view = {};
     ["x", "y"].forEach((key) => {
+      if (address.get(`${id}.${key}`) === EVERYTHING) view[key] = null;
       const ends = (address.get(`${id}.${key}`) || "").split("~").map(Number);
       if (ends.length === 2 && ends.every(Number.isFinite) && ends[0] < ends[1]) view[key] = ends;
     });
@@ -175,15 +101,25 @@ const pyroshock = (() => {
       chart.hide(address.getAll(`${id}.hide`).filter((name) => chart.figure.legend.includes(name)));
     if (Object.keys(view).length) chart.zoom(view);
   };
+  // The name of each chart of a figure in the address: the figure's own, in a stack followed by the
+  // place from the second on.
+  const named = (box, chart) =>
+    chartsOf(chart).map((own, i) => [i ? `${box.id}-${i + 1}` : box.id, own]);
+  const watch = (element) => {
+    const box = element.closest("figure");
+    if (!box || !box.id) return;
+    named(box, element.chart).forEach(([id, chart]) =>
+      chart.element.addEventListener("viewed", () => hold(id, chart)),
+    );
+  };
   const draw = (element, figure) => {
-    if (!element.chart) {
-      element.chart = new PyroshockChart(element);
-      tools(element);
-      link(element);
-      const box = element.closest("figure");
-      if (box && box.id) element.addEventListener("viewed", () => hold(box.id, element.chart));
-    }
+    const fresh = !element.chart;
+    if (fresh) element.chart = new (figure.rows ? PyroshockStack : PyroshockChart)(element);
     element.chart.show(figure);
+    if (!fresh) return;
+    tools(element);
+    chartsOf(element.chart).forEach((chart) => link(chart.element));
+    watch(element);
   };
   const drawAll = () =>
     document.querySelectorAll("[data-figure]").forEach((element) => {
@@ -195,7 +131,10 @@ const pyroshock = (() => {
   // Whoever listens to zooms has begun to by then.
   window.addEventListener("load", () =>
     document.querySelectorAll("figure[id] [data-figure]").forEach((element) => {
-      if (element.chart) restore(element.closest("figure").id, element.chart);
+      if (element.chart)
+        named(element.closest("figure"), element.chart).forEach(([id, chart]) =>
+          restore(id, chart),
+        );
     }),
   );
   // A write as a script sends it, with the token that the page carries.

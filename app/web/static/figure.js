@@ -1,31 +1,20 @@
-// A chart of a figure: its layout, legend and cursor; zoom and view by mouse and by keys.
+// A chart of a figure: its layout, its legend and its view. cursor.js adds cursor, mouse and keys;
+// stack.js has several charts below each other.
 "use strict";
 const PyroshockChart = (() => {
-  const {
-    DASHES,
-    KINDS,
-    area,
-    dots,
-    finite,
-    html,
-    node,
-    paint,
-    point,
-    rectangle,
-    resolve,
-    scaleOf,
-    shades,
-    stroke,
-    ticksOf,
-    words,
-  } = pyroshockMarks;
-  // Widths and heights in px: of a letter, about the axes, of the scale of colours. From further
-  // away than REACH the cursor reads nothing.
+  const { scaleOf, ticksOf } = pyroshockAxes;
+  const { DASHES, KINDS, area, dots, html, node, paint, point, rectangle, shades, stroke } =
+    pyroshockMarks;
+  // Widths and heights in px: of a letter, about the axes, of the scale of colours, of what a region
+  // has at least. A chart of a stack that is lower than STRIP has its title within; one with equal decades is no higher
+  // than HIGHEST.
   const CHARACTER = 6.7,
     TOP = 12,
     RIGHT = 16,
     COLOUR_BAR = 46,
-    REACH = 40;
+    NARROWEST = 3,
+    STRIP = 170,
+    HIGHEST = 720;
   const KEYS =
     "Plus and minus zoom, 0 shows everything, arrows move the cursor, with Shift the view.";
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -33,8 +22,12 @@ const PyroshockChart = (() => {
   let charts = 0;
 
   return class {
-    constructor(element) {
+    // Within a stack the legend is that of all its charts, and `inner` ones have no words at x.
+    constructor(element, { stack = null, inner = false } = {}) {
       this.element = element;
+      this.stack = stack;
+      this.inner = inner;
+      this.leftmost = 0;
       this.number = charts += 1;
       this.hidden = new Set();
       this.view = { x: null, y: null };
@@ -45,11 +38,11 @@ const PyroshockChart = (() => {
       this.tip.hidden = true;
       this.legend.setAttribute("role", "group");
       this.legend.setAttribute("aria-label", "Curves that are shown");
-      this.canvas.tabIndex = 0;
+      this.canvas.tabIndex = stack && stack.charts.length ? -1 : 0; // its keys move all of a stack
       this.canvas.setAttribute("role", "group");
       this.canvas.setAttribute("aria-roledescription", "chart");
       this.canvas.append(this.tip);
-      element.replaceChildren(this.legend, this.canvas);
+      element.replaceChildren(...(stack ? [] : [this.legend]), this.canvas);
       this.listen();
       new ResizeObserver(
         () => this.figure && element.clientWidth !== this.width && this.paint(),
@@ -63,7 +56,7 @@ const PyroshockChart = (() => {
       if (!this.figure || names(this.figure) !== names(figure)) {
         this.figure = figure;
         this.hidden = this.hiddenAtFirst();
-        this.view = { x: null, y: null };
+        this.view = this.firstView();
       }
       this.figure = figure;
       this.element.data = figure.series;
@@ -81,6 +74,10 @@ const PyroshockChart = (() => {
         series.filter((own) => own.name && !visible.has(own.name)).map((own) => own.name),
       );
     }
+    // What a page opens with: everything, unless the figure names other ends.
+    firstView() {
+      return { x: this.figure.x.first_view || null, y: this.figure.y.first_view || null };
+    }
     // Shows the entries of the legend but for these names.
     hide(names) {
       this.hidden = new Set(names);
@@ -97,20 +94,48 @@ const PyroshockChart = (() => {
     }
 
     // Zoom to ends of the axes, null for everything. Whoever listens is told of another stretch of x
-    // ("zoomed"), and of any other view, entries of the legend included ("viewed").
+    // ("zoomed"), of other entries of the legend ("switched"), and of any other view ("viewed").
     zoom(view) {
-      this.view = { ...this.view, ...view };
+      this.view = this.evened({ ...this.view, ...view }, view);
       this.paint();
       this.element.dispatchEvent(new CustomEvent("viewed"));
       if ("x" in view)
         this.element.dispatchEvent(new CustomEvent("zoomed", { detail: this.view.x }));
     }
 
-    // About the middle; a factor below one shows less.
+    // On paper with equal decades a view has the proportions of the frame: what was not asked for
+    // follows what was, and of two the smaller one shows more.
+    evened(view, wanted) {
+      const { figure } = this;
+      if (!figure.equal_decades || (!view.x && !view.y)) return view;
+      const decades = (ends) => Math.log10(ends[1] / ends[0]);
+      const about = (ends, span) => {
+        const middle = Math.log10(ends[0] * ends[1]) / 2;
+        return [10 ** (middle - span / 2), 10 ** (middle + span / 2)];
+      };
+      const ratio = decades(figure.x.limits) / decades(figure.y.limits),
+        x = view.x || figure.x.limits,
+        y = view.y || figure.y.limits;
+      if (!("y" in wanted))
+        return { x: view.x, y: view.x && about(this.seen(x) || y, decades(x) / ratio) };
+      if (!("x" in wanted)) return { x: view.y && about(x, decades(y) * ratio), y: view.y };
+      return decades(x) < decades(y) * ratio
+        ? { x: about(x, decades(y) * ratio), y }
+        : { x, y: about(y, decades(x) / ratio) };
+    }
+    // The least and the largest value of the curves within two ends of x.
+    seen([low, high]) {
+      const values = this.shown()
+        .filter((own) => own.kind === "line" && !own.silent)
+        .flatMap((own) => own.y.filter((y, i) => y !== null && own.x[i] >= low && own.x[i] <= high));
+      return values.length ? [Math.min(...values), Math.max(...values)] : null;
+    }
+
+    // About the middle; a factor below one shows less. Charts of a stack differ in y.
     zoomBy(factor) {
       this.zoom(
         Object.fromEntries(
-          ["x", "y"]
+          (this.stack ? ["x"] : ["x", "y"])
             .filter((key) => !this.figure[key].hidden)
             .map((key) => [key, this.moved(key, 0.5 - factor / 2, 0.5 + factor / 2)]),
         ),
@@ -162,14 +187,18 @@ const PyroshockChart = (() => {
       );
       this.paint();
       this.element.dispatchEvent(new CustomEvent("viewed"));
+      this.element.dispatchEvent(new CustomEvent("switched", { detail: [...this.hidden] }));
     }
 
     swatch(name, x = 0, y = 0) {
+      const figures = this.stack ? this.stack.figure.rows : [this.figure],
+        all = (key) => figures.flatMap((figure) => figure[key]);
       const has = (kinds) =>
-        this.figure.series.filter((own) => own.name === name && kinds.includes(own.kind)).pop();
-      const line = has(["line", "steps"]) || this.figure.lines.find((own) => own.name === name),
-        fill =
-          has(["band", "bars", "boxes"]) || this.figure.regions.find((own) => own.name === name),
+        all("series")
+          .filter((own) => own.name === name && kinds.includes(own.kind))
+          .pop();
+      const line = has(["line", "steps"]) || all("lines").find((own) => own.name === name),
+        fill = has(["band", "bars", "boxes"]) || all("regions").find((own) => own.name === name),
         dot = has(["points"]);
       const parts = [
         fill
@@ -179,7 +208,7 @@ const PyroshockChart = (() => {
               width: 20,
               height: 8,
               fill: paint(fill.role),
-              "fill-opacity": Math.max(fill.opacity, 0.3),
+              "fill-opacity": fill.opacity,
             })
           : null,
         line
@@ -207,27 +236,46 @@ const PyroshockChart = (() => {
       this.width = width;
       const height = figure.height || parseFloat(getComputedStyle(element).minHeight) || 320;
       this.drawing = this.drawn(width, height);
+      if (this.stack) this.stack.align(this);
       const previous = canvas.querySelector(".drawing");
       if (previous) previous.replaceWith(this.drawing);
       else canvas.prepend(this.drawing);
       this.hideTip();
     }
 
-    drawn(width, height) {
-      const { figure } = this,
+    get strip() {
+      return this.stack !== null && this.figure.height !== null && this.figure.height < STRIP;
+    }
+
+    drawn(width, usual) {
+      const { figure, strip } = this,
         heat = figure.series.find((own) => own.kind === "heat"),
         { x: xAxis, y: yAxis } = figure;
-      const yTicks = ticksOf(yAxis, ...this.limits("y"), Math.max(2, height / 55));
+      let height = usual + (strip && !this.inner ? 38 : 0);
+      const yTicks = ticksOf(yAxis, ...this.limits("y"), Math.max(2, usual / (strip ? 26 : 55)));
       const yWords = Math.min(longest(yTicks) * CHARACTER, width * 0.4);
-      const left = yAxis.hidden ? 12 : 14 + yWords + (yAxis.heading ? 20 : 0);
+      const heading = strip ? "" : yAxis.heading;
+      this.wanted = yAxis.hidden ? 12 : 14 + yWords + (heading ? 20 : 0);
+      let left = Math.max(this.leftmost, this.wanted),
+        right = width - RIGHT;
       let xTicks = ticksOf(xAxis, ...this.limits("x"), Math.max(2, (width - left) / 90));
       const slot = (width - left - RIGHT) / Math.max(1, xTicks.length),
         turned = xAxis.categories.length > 0 && longest(xTicks) * CHARACTER > slot - 6;
       if (turned && slot < 9) xTicks = xTicks.filter((_, i) => i % Math.ceil(9 / slot) === 0);
       const xWords = turned ? Math.min(longest(xTicks) * CHARACTER, height * 0.4) : 12;
-      const bottom = xAxis.hidden ? 12 : 12 + xWords + (xAxis.heading ? 20 : 0),
-        top = TOP + (heat ? COLOUR_BAR : 0);
-      const frame = { left, right: width - RIGHT, top, bottom: height - bottom };
+      const margin = strip ? 5 : TOP,
+        named = !xAxis.hidden && !this.inner,
+        bottom = named ? 12 + xWords + (xAxis.heading ? 20 : 0) : margin,
+        top = margin + (heat ? COLOUR_BAR : 0);
+      if (figure.equal_decades) {
+        const [wide, high] = ["x", "y"].map((key) => Math.log10(figure[key].limits[1] / figure[key].limits[0]));
+        const decade = Math.min((right - left) / wide, (HIGHEST - top - bottom) / high),
+          spare = (right - left - decade * wide) / 2;
+        left += spare;
+        right -= spare;
+        height = decade * high + top + bottom;
+      }
+      const frame = { left, right, top, bottom: height - bottom };
       const sx = scaleOf(xAxis, frame.left, frame.right, this.limits("x")),
         sy = scaleOf(yAxis, frame.bottom, frame.top, this.limits("y"));
       Object.assign(this, { frame, sx, sy });
@@ -252,6 +300,7 @@ const PyroshockChart = (() => {
         const x = sx.at(value);
         if (x < frame.left - 1 || x > frame.right + 1) return;
         if (!heat && !xAxis.categories.length) grid.push(`M${point(x, frame.top)}V${frame.bottom}`);
+        if (!named) return;
         names.push(
           turned
             ? label(
@@ -265,15 +314,18 @@ const PyroshockChart = (() => {
         );
       });
       const title = { fill: paint("ink"), "font-size": 13, "text-anchor": "middle" };
-      if (xAxis.heading && !xAxis.hidden)
+      if (xAxis.heading && named)
         names.push(
           label({ ...title, x: (frame.left + frame.right) / 2, y: height - 6 }, xAxis.heading),
         );
-      if (yAxis.heading && !yAxis.hidden)
+      if (heading && !yAxis.hidden)
         names.push(
           label(
-            { ...title, transform: `translate(14 ${(frame.top + frame.bottom) / 2}) rotate(-90)` },
-            yAxis.heading,
+            {
+              ...title,
+              transform: `translate(${frame.left - this.wanted + 14} ${(frame.top + frame.bottom) / 2}) rotate(-90)`,
+            },
+            heading,
           ),
         );
       const clip = `clip-${this.number}`,
@@ -282,18 +334,26 @@ const PyroshockChart = (() => {
         own.along === "x"
           ? `M${point(sx.at(at), frame.top)}V${frame.bottom}`
           : `M${point(frame.left, sy.at(at))}H${frame.right}`;
+      this.places = []; // of regions along x, for the cursor
       figure.regions
         .filter((own) => !this.hidden.has(own.name))
-        .forEach((own) =>
+        .forEach((own) => {
+          if (own.along === "y") {
+            marks.append(area(own, rectangle(frame.left, sy.at(own.start), frame.right, sy.at(own.stop))));
+            return;
+          }
+          const [from, to] = [sx.at(own.start), sx.at(own.stop)],
+            spare = Math.max(0, NARROWEST - (to - from)) / 2,
+            place = { own, from: from - spare, to: to + spare };
           marks.append(
             area(
               own,
-              own.along === "x"
-                ? rectangle(sx.at(own.start), frame.top, sx.at(own.stop), frame.bottom)
-                : rectangle(frame.left, sy.at(own.start), frame.right, sy.at(own.stop)),
+              rectangle(place.from, frame.top, place.to, frame.bottom),
+              spare ? 0.9 : own.opacity,
             ),
-          ),
-        );
+          );
+          if (own.mark) this.places.push(place);
+        });
       this.shown().forEach((own) =>
         marks.append(...KINDS[own.kind].draw(own, sx, sy).filter(Boolean)),
       );
@@ -317,6 +377,41 @@ const PyroshockChart = (() => {
           ),
         ),
       );
+      // Marks that would lie on each other stand below each other.
+      const flags = [];
+      this.places.forEach((place) => {
+        const x = place.to + 2,
+          near = flags.filter((other) => Math.abs(other - x) < 12).length;
+        flags.push(x);
+        marks.append(
+          label(
+            {
+              x: x.toFixed(1),
+              y: frame.top + 12 + 13 * near,
+              fill: paint(place.own.role),
+              "font-weight": 700,
+              "paint-order": "stroke",
+              stroke: paint("card"),
+              "stroke-width": 3,
+            },
+            place.own.mark,
+          ),
+        );
+      });
+      if (strip)
+        names.push(
+          label(
+            {
+              x: frame.left + 6,
+              y: frame.top + 14,
+              fill: paint("ink"),
+              "paint-order": "stroke",
+              stroke: paint("card"),
+              "stroke-width": 3,
+            },
+            `${figure.title}${yAxis.unit === "1" ? "" : ` (${yAxis.unit})`}`,
+          ),
+        );
       return node(
         "svg",
         {
@@ -380,280 +475,6 @@ const PyroshockChart = (() => {
         ...cells,
         ...ticks,
       );
-    }
-
-    // The drawing as a file of its own: with a background, the legend, and colours as numbers.
-    markup() {
-      const { width, drawing, figure } = this,
-        height = Number(drawing.getAttribute("height")),
-        across = Math.max(
-          1,
-          Math.floor(
-            (width - 20) /
-              (40 + CHARACTER * Math.max(1, ...figure.legend.map((name) => name.length))),
-          ),
-        );
-      const entries = figure.legend.filter((name) => !this.hidden.has(name)),
-        rows = Math.ceil(entries.length / across),
-        room = rows * 18 + (rows ? 6 : 0);
-      const legend = entries.flatMap((name, i) => {
-        const x = 10 + (i % across) * ((width - 20) / across),
-          y = 4 + Math.floor(i / across) * 18;
-        return [
-          this.swatch(name, x, y),
-          node("text", { x: x + 26, y: y + 10, "font-size": 12, fill: paint("ink") }, name),
-        ];
-      });
-      const inner = drawing.cloneNode(true);
-      inner.setAttribute("y", room);
-      const outer = node(
-        "svg",
-        {
-          width,
-          height: height + room,
-          viewBox: `0 0 ${width} ${height + room}`,
-          "font-family": "sans-serif",
-        },
-        node("title", {}, figure.title),
-        node("rect", { width, height: height + room, fill: paint("card") }),
-        ...legend,
-        inner,
-      );
-      return new XMLSerializer()
-        .serializeToString(outer)
-        .replace(/var\(--([\w-]+)\)/g, (_, role) => resolve(role));
-    }
-
-    // What the cursor reads, in pixels: the nearest point, or in a column one of every curve.
-    readings(px, py) {
-      const { sx, sy, frame } = this,
-        inside = (x, y) =>
-          x >= frame.left - 1 &&
-          x <= frame.right + 1 &&
-          y >= frame.top - 1 &&
-          y <= frame.bottom + 1;
-      const nearest = this.shown()
-        .filter((own) => !own.silent)
-        .map((own) => {
-          let hit = null;
-          if (own.kind === "heat") {
-            const [i, j] = [Math.round(sy.back(py)), Math.round(sx.back(px))],
-              value = (own.values[i] || [])[j];
-            return value === undefined
-              ? null
-              : {
-                  own,
-                  x: j,
-                  y: i,
-                  at: [px, py],
-                  distance: 0,
-                  label: `${own.colour.heading} ${words(value)}`,
-                };
-          }
-          const column = this.figure.cursor === "column";
-          KINDS[own.kind].read(own).forEach(([x, y, label]) => {
-            const at = [sx.at(x), sy.at(y)];
-            if (!at.every(Number.isFinite) || !inside(...at)) return;
-            const distance = column
-              ? Math.abs(at[0] - px)
-              : Math.hypot(at[0] - px, (at[1] - py) * (own.kind === "bars" ? 0.1 : 1));
-            if (!hit || distance < hit.distance) hit = { own, x, y, at, distance, label };
-          });
-          return hit;
-        })
-        .filter(Boolean);
-      if (this.figure.cursor === "column") return nearest.filter((hit) => hit.distance < REACH);
-      const best = nearest.reduce(
-        (least, hit) => (least && least.distance <= hit.distance ? least : hit),
-        null,
-      );
-      return best && best.distance < REACH ? [best] : [];
-    }
-
-    showTip(hits) {
-      if (!hits.length) {
-        this.hideTip();
-        return;
-      }
-      const value = (key, number) => {
-        const axis = this.figure[key];
-        return axis.categories.length
-          ? axis.categories[Math.round(number)] || ""
-          : `${words(number)}${axis.unit === "1" ? "" : ` ${axis.unit}`}`;
-      };
-      const spoken = (hit) => {
-        const numbers = [
-          ["x", hit.x],
-          ["y", hit.y],
-        ]
-          .filter(([key]) => !this.figure[key].hidden)
-          .map(([key, number]) => value(key, number));
-        return [hit.own.detail || hit.own.name, numbers.join(", "), hit.label || ""]
-          .filter(Boolean)
-          .join(": ");
-      };
-      this.tip.replaceChildren(...hits.map((hit) => html("div", "", spoken(hit))));
-      this.tip.hidden = false;
-      const [x, y] = hits[0].at,
-        box = this.tip.getBoundingClientRect();
-      this.tip.style.left = `${Math.max(0, Math.min(this.width - box.width, x + 12))}px`;
-      this.tip.style.top = `${Math.max(0, y - box.height - 10)}px`;
-      this.cursor && this.cursor.remove();
-      this.cursor = node(
-        "g",
-        { class: "cursor" },
-        ...hits
-          .filter((hit) => hit.own.kind !== "heat")
-          .map((hit) =>
-            node("circle", {
-              cx: hit.at[0],
-              cy: hit.at[1],
-              r: 5,
-              fill: paint(hit.own.role),
-              stroke: paint("card"),
-              "stroke-width": 1.5,
-            }),
-          ),
-      );
-      this.drawing.append(this.cursor);
-    }
-
-    hideTip() {
-      this.tip.hidden = true;
-      if (this.cursor) this.cursor.remove();
-    }
-
-    listen() {
-      const { canvas } = this,
-        place = (event) => {
-          const box = canvas.getBoundingClientRect();
-          return [event.clientX - box.left, event.clientY - box.top];
-        };
-      let start = null,
-        box = null;
-      canvas.addEventListener("pointerdown", (event) => {
-        if (event.button || !this.figure || event.pointerType === "touch") return;
-        start = { at: place(event), pan: event.shiftKey, range: this.range };
-        canvas.setPointerCapture(event.pointerId);
-      });
-      canvas.addEventListener("pointermove", (event) => {
-        if (!this.figure || !this.frame) return;
-        const [x, y] = place(event);
-        if (!start) {
-          this.showTip(this.readings(x, y));
-          return;
-        }
-        this.hideTip();
-        const { frame } = this,
-          [x0, y0] = start.at;
-        if (start.pan) {
-          const wide = frame.right - frame.left,
-            high = frame.bottom - frame.top,
-            turn = (key) => (this.figure[key].reversed ? -1 : 1);
-          this.view = { x: start.range.x, y: start.range.y };
-          this.view = {
-            x: this.moved("x", (turn("x") * (x0 - x)) / wide, 1 + (turn("x") * (x0 - x)) / wide),
-            y: this.moved("y", (turn("y") * (y - y0)) / high, 1 + (turn("y") * (y - y0)) / high),
-          };
-          this.paint();
-          return;
-        }
-        if (box) box.remove();
-        const ends = this.boxed(start.at, [x, y]);
-        box = node("rect", {
-          x: ends.x1,
-          y: ends.y1,
-          width: ends.x2 - ends.x1,
-          height: ends.y2 - ends.y1,
-          fill: paint("accent"),
-          "fill-opacity": 0.15,
-          stroke: paint("accent"),
-        });
-        this.drawing.append(box);
-      });
-      const end = (event) => {
-        if (!start) return;
-        const { at, pan } = start,
-          to = place(event);
-        start = null;
-        if (box) {
-          box.remove();
-          box = null;
-        }
-        if (pan) {
-          this.zoom({ x: this.view.x, y: this.view.y });
-          return;
-        }
-        const ends = this.boxed(at, to),
-          view = {};
-        const between = (scale, a, b) =>
-          [scale.back(a), scale.back(b)].sort((one, other) => one - other);
-        if (ends.wide) view.x = between(this.sx, ends.x1, ends.x2);
-        if (ends.high) view.y = between(this.sy, ends.y1, ends.y2);
-        if (ends.wide || ends.high) this.zoom(view);
-      };
-      canvas.addEventListener("pointerup", end);
-      canvas.addEventListener("pointercancel", () => {
-        start = null;
-        if (box) box.remove();
-      });
-      canvas.addEventListener("pointerleave", () => !start && this.hideTip());
-      canvas.addEventListener("dblclick", () => this.figure && this.zoom({ x: null, y: null }));
-      canvas.addEventListener(
-        "keydown",
-        (event) =>
-          this.figure && !event.ctrlKey && !event.metaKey && !event.altKey && this.key(event),
-      );
-      canvas.addEventListener("blur", () => this.hideTip());
-    }
-
-    // The part that a drag marks: a flat or a narrow one spans the other axis.
-    boxed([x0, y0], [x, y]) {
-      const { frame, figure } = this,
-        within = (value, low, high) => Math.max(low, Math.min(high, value));
-      const wide = Math.abs(x - x0) > 8 && !figure.x.hidden,
-        high = Math.abs(y - y0) > 24 && !figure.y.hidden;
-      const [x1, x2] = wide
-        ? [x0, x].map((value) => within(value, frame.left, frame.right)).sort((a, b) => a - b)
-        : [frame.left, frame.right];
-      const [y1, y2] = high
-        ? [y0, y].map((value) => within(value, frame.top, frame.bottom)).sort((a, b) => a - b)
-        : [frame.top, frame.bottom];
-      return { x1, x2, y1, y2, wide: wide && x2 > x1, high: high && y2 > y1 };
-    }
-
-    key(event) {
-      const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
-        event.key
-      ];
-      if (step && event.shiftKey) this.panBy({ x: step[0] * 0.1, y: step[1] * 0.1 });
-      else if (step) this.move(step);
-      else if (event.key === "+" || event.key === "=") this.zoomBy(0.5);
-      else if (event.key === "-") this.zoomBy(2);
-      else if (event.key === "0" || event.key === "Home") this.zoom({ x: null, y: null });
-      else if (event.key === "Escape") this.hideTip();
-      else return;
-      event.preventDefault();
-    }
-
-    // The cursor by keys: along a curve, and from one to the next.
-    move([along, across]) {
-      const read = this.shown()
-        .filter((own) => !own.silent)
-        .map((own) => ({
-          own,
-          points: KINDS[own.kind].read(own).filter(([x, y]) => finite(x) && finite(y)),
-        }))
-        .filter(({ points }) => points.length);
-      if (!read.length) return;
-      const held = this.held || { curve: 0, index: -1 };
-      held.curve = (held.curve + read.length - across) % read.length;
-      const { own, points } = read[held.curve],
-        stride = Math.max(1, Math.round(points.length / 200));
-      held.index = Math.max(0, Math.min(points.length - 1, held.index + along * stride));
-      this.held = held;
-      const [x, y, label] = points[held.index];
-      this.showTip([{ own, x, y, at: [this.sx.at(x), this.sy.at(y)], label }]);
     }
   };
 })();

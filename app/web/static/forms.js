@@ -90,6 +90,10 @@ document.addEventListener("DOMContentLoaded", () => {
     busy(form, false);
   }));
 });
+// A name that is too long for its cell is shortened, and shown whole where the pointer rests on it.
+document.addEventListener("DOMContentLoaded", () => document.querySelectorAll("td a").forEach((link) => {
+  if (link.scrollWidth > link.clientWidth && !link.title) link.title = link.textContent.trim();
+}));
 // A telephone shows the main columns of a table; its button shows all.
 document.addEventListener("DOMContentLoaded", () => document.querySelectorAll("[data-unfold]").forEach((button) =>
   button.addEventListener("click", () => {

@@ -10,7 +10,7 @@ document.addEventListener("DOMContentLoaded", () => {
   const tell = (files) => {
     const megabytes = files.reduce((sum, [, file]) => sum + file.size, 0) / 1e6, fits = megabytes * 1e6 <= most;
     shown.textContent = !files.length ? "No files are chosen." : `${files.length} files, ${megabytes.toFixed(1)} MB` +
-      (fits ? "." : `: this server takes ${(most / 1e6).toFixed(0)} MB. Larger campaigns are stored with: pyroshock ingest FOLDER`);
+      (fits ? "." : `: this server takes ${(most / 1e6).toFixed(0)} MB. Upload a part of them, or ask whoever operates the server.`);
     shown.classList.toggle("error", !fits);
     form.querySelectorAll("button").forEach((button) => { button.disabled = !fits; });
     return fits && files.length > 0;

@@ -1,8 +1,9 @@
-// The marks of charts as SVG: axes with their ticks, and each kind of series of a figure
-// (app/figures/page_renderer.py). Colours are custom properties of the page, so that a chart
+// The marks of charts as SVG: each kind of series of a figure (app/figures/page_renderer.py).
+// Colours are custom properties of the page, so that a chart
 // follows dark and light by itself.
 "use strict";
 const pyroshockMarks = (() => {
+  const { finite, words } = pyroshockAxes;
   const DASHES = { dash: "8 5", dot: "2 4", dashdot: "8 4 2 4", longdash: "14 5" };
   const paint = (role) => `var(--${role})`;
   const node = (name, attributes = {}, ...children) => {
@@ -19,96 +20,6 @@ const pyroshockMarks = (() => {
     made.textContent = text;
     return made;
   };
-  const superscript = (exponent) =>
-    [...String(exponent)].map((sign) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(sign)]).join("");
-  const words = (value, digits = 4) => {
-    if (value === null || !Number.isFinite(value)) return "–";
-    const size = Math.abs(value);
-    if (size && (size >= 1e7 || size < 1e-4)) {
-      const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
-      return `${Number(mantissa)}×10${superscript(Number(exponent))}`.replace("-", "−");
-    }
-    return Number(value.toPrecision(digits)).toString().replace("-", "−");
-  };
-  const finite = (value) => value !== null && Number.isFinite(value);
-
-  // An axis between two pixels: `at` gives the pixel of a value, `back` the value of a pixel.
-  const scaleOf = (axis, from, to, [low, high]) => {
-    const log = axis.scale === "log",
-      forth = log ? Math.log10 : Number,
-      back = log ? (v) => 10 ** v : Number;
-    const [a, b] = axis.reversed ? [to, from] : [from, to],
-      start = forth(low),
-      span = forth(high) - start || 1;
-    return {
-      axis,
-      low,
-      high,
-      at: (value) => {
-        if (value === null) return NaN;
-        return Math.max(-1e5, Math.min(1e5, a + ((forth(value) - start) / span) * (b - a)));
-      },
-      back: (pixel) => back(start + ((pixel - a) / (b - a)) * span),
-    };
-  };
-  // Round numbers within the ends, `most` at most, with their words.
-  const ticksOf = (axis, low, high, most) => {
-    if (axis.hidden) return [];
-    if (axis.categories.length) {
-      return axis.categories
-        .map((name, i) => [i, name])
-        .filter(([i]) => i >= low - 0.5 && i <= high + 0.5);
-    }
-    if (axis.scale === "log") {
-      const decades = [],
-        first = Math.floor(Math.log10(low)),
-        last = Math.ceil(Math.log10(high));
-      for (let k = first; k <= last; k += 1) decades.push(k);
-      const named = (value) => [
-        value,
-        value >= 0.001 && value <= 1000 ? words(value) : words(value).replace(/^1×/, ""),
-      ];
-      const inside = (values) =>
-        values.filter((value) => value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9));
-      const fine = inside(decades.flatMap((k) => [1, 2, 5].map((m) => m * 10 ** k)));
-      const powers = inside(decades.map((k) => 10 ** k));
-      const few = fine.length <= most && fine.length < 7;
-      if (powers.length > 1 && !few) {
-        const step = Math.ceil(powers.length / most);
-        return powers
-          .filter((_, i) => i % step === 0)
-          .map((value) =>
-            value >= 1e4
-              ? [value, `10${superscript(Math.round(Math.log10(value)))}`]
-              : named(value),
-          );
-      }
-      if (fine.length > 1) {
-        const step = few ? 1 : Math.ceil(fine.length / Math.max(2, most));
-        return fine.filter((_, i) => i % step === 0).map((value) => [value, words(value)]);
-      }
-    }
-    const rough = (high - low) / Math.max(1, most),
-      power = 10 ** Math.floor(Math.log10(rough)),
-      at = [1, 2, 5, 10].findIndex((k) => k * power >= rough * (1 - 1e-9));
-    const even = (step) => {
-      const digits = Math.max(
-          4,
-          Math.ceil(Math.log10(Math.max(Math.abs(low), Math.abs(high)) / step)) + 2,
-        ),
-        ticks = [];
-      for (let k = Math.ceil(low / step - 1e-9); k <= Math.floor(high / step + 1e-9); k += 1)
-        ticks.push([k * step, words(k * step, digits)]);
-      return ticks;
-    };
-    const wholly = (step) => (axis.whole ? Math.max(1, Math.round(step)) : step);
-    const ticks = even(wholly([1, 2, 5, 10][at] * power));
-    if (ticks.length > 1) return ticks;
-    // One number says nothing of how far another is away: the next finer step has two at least.
-    const finer = even(wholly([0.5, 1, 2, 5][at] * power));
-    return finer.length > most + 1 ? finer.filter((_, i) => i % 2 === 0) : finer;
-  };
-
   const point = (x, y) => `${x.toFixed(1)} ${y.toFixed(1)}`;
   // A curve as a path; gaps stay gaps. Of many points a pixel keeps its extremes.
   const curve = (xs, ys, sx, sy) => {
@@ -336,25 +247,27 @@ const pyroshockMarks = (() => {
         );
         return [
           dots(
-            { ...own, opacity: 0.5 },
+            { ...own, opacity: 0.6 },
             spread.map((pair) => pair[0]),
             spread.map((pair) => pair[1]),
             sx,
             sy,
-            4,
+            5,
           ),
           stroke(own, lines),
         ];
       },
       read: (own) =>
-        own.boxes.map((box, i) =>
+        own.boxes.flatMap((box, i) =>
           box
             ? [
-                own.position[i],
-                box[2],
-                `quartiles ${words(box[1])} and ${words(box[3])}, ${own.samples[i].length} values`,
+                [
+                  own.position[i],
+                  box[2],
+                  `quartiles ${words(box[1])} and ${words(box[3])}, ${own.samples[i].length} values`,
+                ],
               ]
-            : [null, null],
+            : own.samples[i].map((value) => [own.position[i], value, ""]), // too few for a box
         ),
     },
     band: {
@@ -445,17 +358,13 @@ const pyroshockMarks = (() => {
     KINDS,
     area,
     dots,
-    finite,
     html,
     node,
     paint,
     point,
     rectangle,
     resolve,
-    scaleOf,
     shades,
     stroke,
-    ticksOf,
-    words,
   };
 })();

@@ -38,7 +38,9 @@ document.addEventListener("DOMContentLoaded", () => {
       const place = of(name) && of(name).querySelector(".plot");
       if (place) pyroshock.draw(place, figure);
     });
-    rows(of("numbers"), answer.numbers.map((row) => [row.quantity, row.mean, row.unit, row.band]), [1, 3], true);
+    rows(of("numbers"), answer.numbers.map((row) => [row.quantity, row.mean, row.unit, row.band, row.measured, row.outside]), [1, 3, 4, 5], true);
+    of("measured-here").textContent = answer.here; of("measured-here").hidden = !answer.here;
+    of("measured-here").classList.toggle("warn", answer.contradicted);
     rows(of("nearest"), answer.nearest.map((row) => [row.shot, row.difference, row.velocity, row.peak_force, row.contact_time]), [2, 3, 4]);
     [...of("nearest").tBodies[0].rows].forEach((line, place) => {
       const address = answer.nearest[place].address;
@@ -46,6 +48,8 @@ document.addEventListener("DOMContentLoaded", () => {
       const link = document.createElement("a");
       link.href = address; link.textContent = line.cells[0].textContent; line.cells[0].replaceChildren(link);
     });
+    rows(of("known"), answer.known.map((row) => [row.quantity, row.asked, row.low, row.high, row.unit, row.shots]), [1, 2, 3, 5], true);
+    of("known").hidden = !answer.known.length;
     of("nearest").hidden = !answer.nearest.length; of("no-nearest").hidden = Boolean(answer.nearest.length);
     of("velocity-basis").textContent = answer.basis; of("velocity-basis").hidden = !answer.basis;
     const prediction = answer.prediction;

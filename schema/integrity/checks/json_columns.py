@@ -74,6 +74,7 @@ SHAPES: dict[str, Callable[[Any], bool]] = {
     "planned_runs.treatment": _object,
     "planned_runs.settings": _object,
     "quality_findings.evidence": _object,
+    "saved_views.request": _object,
 }
 
 

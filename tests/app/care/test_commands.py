@@ -145,7 +145,8 @@ def test_copies_and_archives_say_what_they_made(care_copy, tmp_path, monkeypatch
     left = json.loads(run("db", "import", tmp_path / "lab.db", "--db", there, "--json").stdout)[
         "left_behind"
     ]
-    assert left == ["1 rows of dataset_snapshots", "1 rows of jobs", "10 rows of snapshot_pulses",
+    assert left == ["3 rows of audit_rows", "1 rows of dataset_snapshots", "1 rows of jobs",
+                    "10 rows of snapshot_pulses",
                     "1 rows of tombstones", "1 rows of twin_configurations"]  # fmt: skip
 
 
@@ -158,7 +159,8 @@ def test_damage_keeps_no_page_from_being_shown(damaged):
         compared = client.get("/compare?factor=tip_material&campaign=*&rejected=true")
         zoomed = client.get("/api/channels/1?start_s=0&stop_s=0.01"), client.get("/api/channels/1")
     assert broken.status_code == 200 and SAID in broken.text and "pyroshock db check" in broken.text
-    assert 'data-channel="2"' in broken.text and 'data-channel="1"' not in broken.text
+    assert 'data-figure="channels-data"' in broken.text and 'id="damaged-force"' in broken.text
+    assert 'id="damaged-acceleration' not in broken.text
     assert other.status_code == 200 and "is damaged" not in other.text
     assert whole.status_code == 200 and "is damaged" in whole.text
     assert (

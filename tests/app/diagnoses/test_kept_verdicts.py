@@ -88,6 +88,7 @@ def odd() -> Verdict:
 WHOLE = {
     "whole": verdicts.verdict(),
     "gun": verdicts.gun(),
+    "explored": verdicts.explored(),
     "unknown": verdicts.unknown(),
     "none": verdicts.none(),
 }
@@ -104,6 +105,7 @@ def test_kept_verdict_is_the_one_that_was_made(made):
     assert repr((again.effects, again.unexplained, again.path)) == repr(
         (made.effects, made.unexplained, made.path)
     )
+    assert repr((again.what_if, again.error_map)) == repr((made.what_if, made.error_map))
     assert [(c.split, c.fitted) for c in again.causes] == [(c.split, c.fitted) for c in made.causes]
     for read_picture, other in zip(
         again.pictures.residuals + again.pictures.curves, _drawn(made), strict=True

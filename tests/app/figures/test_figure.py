@@ -19,6 +19,7 @@ from pyroshock.app.figures.figure import (
     StepSeries,
     as_floats,
     category,
+    curve_style,
     side_by_side,
 )
 
@@ -124,6 +125,32 @@ def test_a_box_has_quartiles_and_whiskers_of_tukey() -> None:
     assert (box.lower_whisker, box.upper_whisker) == (1.0, 9.0) and empty is None
     (far,) = BoxSeries(ONE, (np.array([1.0, 2.0, 3.0, 4.0, 100.0]),)).summaries()
     assert far.upper_whisker == 4.0
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 4])
+def test_few_samples_have_no_box(count) -> None:
+    """Quartiles of one pulse are nobody's measurement: it is drawn as a point."""
+    (box,) = BoxSeries(ONE, (np.arange(count, dtype=float),)).summaries()
+    assert box is None
+
+
+def test_curves_have_eight_colours_before_they_have_dashes() -> None:
+    styles = [curve_style(i) for i in range(40)]
+    assert len(set(styles)) == 40
+    assert {dash for _, dash in styles[:8]} == {"solid"}
+    assert len({role for role, _ in styles[:8]}) == 8
+
+
+def test_equal_decades_are_of_two_logarithmic_axes() -> None:
+    frequency = PlotAxis("frequency", "Hz", scale="log")
+    Plot("paper", frequency, LOG_FORCE, equal_decades=True)
+    with pytest.raises(ValueError, match="'paper' with equal decades has a linear and a log axis"):
+        Plot("paper", TIME, LOG_FORCE, equal_decades=True)
+
+
+def test_a_first_view_with_impossible_ends_is_refused() -> None:
+    with pytest.raises(ValueError, match="cannot end"):
+        PlotAxis("force", "kN", first_view=(2.0, 1.0))
 
 
 def test_a_heat_map_has_its_own_ends_of_colours_or_those_of_its_axis() -> None:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as MatplotlibFigure
 from pyroshock.app.figures.figure import (
     BandSeries,
     BarSeries,
+    BoxSeries,
     ColourRole,
     LineSeries,
     Plot,
@@ -16,6 +17,7 @@ from pyroshock.app.figures.figure import (
     PlotGrid,
     PointSeries,
     ReferenceLine,
+    ReferenceRegion,
 )
 from pyroshock.app.figures.matplotlib_renderer import (
     draw_plot,
@@ -94,6 +96,41 @@ def test_a_second_plot_on_the_same_axes_has_another_colour_and_room():
     assert record.get_color() == colour_of(ColourRole.CATEGORY_0)
     assert second.get_color() == colour_of(ColourRole.CATEGORY_1)
     assert axes.get_ylim()[1] > 90.0 and axes.get_ylim()[0] < 0.0
+
+
+def test_plots_below_each_other_are_rows_of_a_page_with_one_legend():
+    second = Plot("Error", TIME, PlotAxis("error", "kN"), (RISE,))
+    data = figure_data(PlotGrid("Pulse and error", ((PULSE,), (second,)), share_x=True))
+    assert [row["title"] for row in data["rows"]] == ["Pulse", "Error"]
+    assert data["linked"] and data["legend"] == ["record", "end"]
+    with pytest.raises(ValueError, match="rows of 2 plots"):
+        figure_data(PlotGrid("beside", ((PULSE, second),)))
+
+
+def test_equal_decades_are_equally_long_in_a_file():
+    """A line of slope one in decades runs at 45 degrees of the picture."""
+    x = PlotAxis("f", "1", scale="log", limits=(1.0, 1e3))
+    y = PlotAxis("v", "1", scale="log", limits=(0.1, 1e1))
+    slope = LineSeries(np.array([1.0, 10.0]), np.array([0.1, 1.0]))
+    drawn = matplotlib_figure(Plot("paper", x, y, (slope,), equal_decades=True))
+    drawn.draw_without_rendering()
+    (begin, end) = drawn.axes[0].transData.transform([(1.0, 0.1), (10.0, 1.0)])
+    assert end[0] - begin[0] == pytest.approx(end[1] - begin[1], rel=1e-3)
+
+
+def test_few_samples_are_points_without_a_box():
+    tips = PlotAxis("tip", categories=("one", "many"))
+    boxes = BoxSeries(np.array([0.0, 1.0]), (np.array([3.0]), np.arange(9.0)))
+    axes = matplotlib_figure(Plot("boxes", tips, FORCE, (boxes,))).axes[0]
+    at_one = [line for line in axes.get_lines() if np.mean(line.get_xdata()) < 0.5]
+    (points,) = at_one
+    assert points.get_marker() == "o" and list(points.get_ydata()) == [3.0]
+
+
+def test_a_region_says_its_sentence_on_a_page():
+    region = ReferenceRegion("x", 0.5, 0.6, mark="1", text="reject, clipping: a flat top")
+    (shown,) = figure_data(Plot("p", TIME, FORCE, (RISE,), regions=(region,)))["regions"]
+    assert (shown["mark"], shown["text"]) == ("1", "reject, clipping: a flat top")
 
 
 def test_dark_and_light_have_the_card_of_the_page():

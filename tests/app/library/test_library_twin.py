@@ -131,7 +131,7 @@ def test_notebook_shows_what_numbers_rest_on_and_what_lies_beyond_and_effects_ar
     found = twin.predict(tank_pressure="7 bar", bullet_mass="0.5 kg", draws=FEW)
     row = found.extrapolation.set_index("quantity").loc["tank_pressure_pa"]
     assert row["asked"] == 7e5 and row["high"] < 7e5
-    assert any("Tank pressure 7 bar is beyond" in line for line in found.warnings)
+    assert any("Tank pressure 7 bar is above" in line for line in found.warnings)
     nominal = twin.predict(velocity=8.0, draws=0)
     damped = twin.with_effects("plate.damping:factor=10")
     twice = damped.with_effects(["plate.damping:factor=2"])

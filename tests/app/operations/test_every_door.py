@@ -26,6 +26,7 @@ from pyroshock.app.jobs.known_kinds import KINDS
 from pyroshock.app.jobs.queue import ask as ask_job
 from pyroshock.app.library.experiment_store import ExperimentStore
 from pyroshock.app.library.plans import PlanCollection
+from pyroshock.app.library.server_answers import ServerAnswers
 from pyroshock.app.operations.catalogue import OPERATIONS, operation, operations
 from pyroshock.app.operations.diagnose import diagnosing
 from pyroshock.app.operations.faults import argument_of, bare, bounds, read
@@ -35,12 +36,15 @@ from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.operation import DOORS, Operation, Request
 from pyroshock.app.twins import building
 from pyroshock.diagnosis.verdict import NextRun
+from pyroshock.schema.audit import AuditRow
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.model_storage import storage_for
 from pyroshock.training.registry.registry import Registry
 from pyroshock.validation import blind_check
+from sqlalchemy import select
 from starlette.testclient import TestClient
-from support.processes.web_client import ended, post, post_json, window
+from support.checks.same_results import assert_same_result, sent
+from support.processes.web_client import TestConnection, ended, post, post_json, window
 from support.records import verdicts
 from support.records.campaigns import hammer_campaign, recording_name
 from support.records.twin_parts import unsolved
@@ -57,6 +61,8 @@ RECORD = "time_s,acc\n" + "".join(
     for sample in range(400)
 )
 _SPRING = {"name": "spring", "method": "sobol", "runs": 4, "seed": 3, "repetitions": 2}
+_FORCE = {"name": "force", "kind": "distribution", "x": "peak_force_n"}
+PASSWORD = "four quiet grey herons"
 #: A request that can be answered, of each operation. {folder} is a new one for each door.
 EXAMPLES: dict[str, dict[str, Any]] = {
     "init": {},
@@ -67,6 +73,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "db-backup": {"folder": "{folder}"},
     "db-check": {"campaign": "shelf", "repair": "{campaign}"},
     "query": {"statement": "select name, density_kg_m3 from materials", "limit": 2},
+    "search": {"words": "steel"},
     "material-list": {},
     "material-add": {
         "name": "titanium",
@@ -76,6 +83,21 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "yield_strength": "880MPa",
         "source": "data sheet 12-7",
     },
+    "user-list": {},
+    "user-add": {"name": "anna", "role": "operator", "password": PASSWORD},
+    "user-change": {"name": "anna", "role": "engineer"},
+    "user-password": {"name": "anna", "password": "five other grey herons"},
+    "user-remove": {"name": "anna"},
+    "note-list": {"about": "campaign", "subject": "shelf"},
+    "note-add": {"about": "campaign", "subject": "shelf", "text": "the plate was loose"},
+    "note-withdraw": {"note": 1, "reason": "it was another plate"},
+    "tag-list": {"tag": "doubtful"},
+    "tag-add": {"about": "impact", "subject": "shelf/1/1", "tag": "doubtful"},
+    "tag-remove": {"about": "impact", "subject": "1", "tag": "doubtful"},
+    "filter-list": {},
+    "filter-save": {"name": "doubtful", "address": "/impacts?where=tag=doubtful"},
+    "filter-delete": {"name": "doubtful"},
+    "audit-list": {"operation": "material-add", "limit": 5},
     "plugins": {},
     "job-list": {"limit": 5},
     "job-show": {"job": 1},
@@ -99,6 +121,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "promotion-list": {},
     "model-held-out": {"model": "linear", "version": 1},
     "model-show": {"model": "linear@1"},
+    "learning-curve": {"model": "linear", "version": 1, "seed": 2},
     "model-delete": {"model": "linear", "version": 1},
     "model-recover": {},
     "dataset-build": {"name": "both", "campaigns": (HAMMER,), "quality": "none"},
@@ -129,10 +152,26 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "campaign-show": {"campaign": "shelf"},
     "campaign-init": {"folder": "{folder}", "kind": "gun", "plan": "spring"},
     "campaign-delete": {"campaign": "shelf", "reason": "wrong sensor", "dry_run": True},
+    "campaign-correct": {
+        "campaign": "shelf",
+        "facts": {"tip_radius_mm": "31", "bench.hammer.mass_kg": "0.33"},
+        "run": (1,),
+        "reason": "measured anew",
+    },
+    "run-restore": {"campaign": "shelf", "recording": recording_name(2)},
     "deleted-list": {"campaign": "shelf"},
     "run-list": {"campaign": "shelf"},
     "run-show": {"campaign": "shelf", "recording": recording_name(1)},
     "run-discard": {"campaign": "shelf", "recording": recording_name(2), "reason": "loose plate"},
+    "explore": {"kind": "control", "y": "peak_force_n", "colour": "run", "select_y": "0:1e6"},
+    "view-list": {},
+    "home-pictures": {},
+    "home-arrange": {"pictures": ["runs-by-plan", "models-in-use"]},
+    "view-show": {"name": "force"},
+    "view-save": {"name": "time", "x": "peak_force_n", "y": "contact_time_s", "log_y": True},
+    "view-rename": {"name": "force", "new_name": "peaks"},
+    "view-delete": {"name": "force"},
+    "view-restore": {"name": "gone"},
     "impact-list": {"campaign": "shelf", "where": ("peak_force_n>0",), "limit": 3},
     "impact-show": {"impact": 1},
     "impact-delete": {"impact": 2, "all_of_recording": True, "reason": "loose plate"},
@@ -146,7 +185,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "sampling_rate_hz": 100.0,
         "frequency_hz": (10.0,),
     },
-    "spectra": {"impact": (21,), "q": 25},
+    "spectra": {"impact": (21,), "q": 25, "reference": 21},
     "calibrate": {
         "file": "reference,reading_v\n0,0.3626\n1,0.9248\n2,1.4862\n3,2.0491\n",
         "date": "2026-03-02",
@@ -164,6 +203,10 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "simulate": [("plan", _SPRING)],
     **{name: [("ingest", {"path": "{campaign}"})] for name in ("db-export", "db-check")},
     "job-delete": [("job-stop", {"job": 1})],
+    **{
+        name: [("user-add", {"name": "anna", "password": PASSWORD})]
+        for name in ("user-list", "user-change", "user-password", "user-remove")
+    },
     "campaign-init": [("plan", _SPRING)],
     **{
         name: [("ingest", {"path": "{campaign}"})]
@@ -171,17 +214,43 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         if name.startswith(("extract", "campaign-", "run-", "impact-", "channel-"))
         and name != "campaign-init"
     },
+    "run-restore": [
+        ("ingest", {"path": "{campaign}"}),
+        ("run-discard", {"campaign": "shelf", "recording": recording_name(2), "reason": "loose"}),
+    ],
     "deleted-list": [
         ("ingest", {"path": "{campaign}"}),
         ("campaign-delete", {"campaign": "shelf", "reason": "wrong sensor"}),
     ],
+    **{
+        name: [("ingest", {"path": "{campaign}"}), ("view-save", _FORCE)]
+        for name in ("explore", "view-list", "view-show", "view-save", "view-rename", "view-delete")
+    },
+    "view-restore": [
+        ("view-save", {**_FORCE, "name": "gone"}),
+        ("view-delete", {"name": "gone"}),
+    ],
+    **{
+        name: [
+            ("ingest", {"path": "{campaign}"}),
+            ("note-add", {"about": "campaign", "subject": "shelf", "text": "the plate was loose"}),
+            ("tag-add", {"about": "impact", "subject": "1", "tag": "doubtful"}),
+            ("tag-add", {"about": "campaign", "subject": "shelf", "tag": "doubtful"}),
+        ]
+        for name in ("note-list", "note-withdraw", "tag-list", "tag-remove")
+    },
+    **{key: [("ingest", {"path": "{campaign}"})] for key in ("note-add", "tag-add")},
+    **{
+        key: [("filter-save", {"name": "doubtful", "address": "/impacts?where=tag=doubtful"})]
+        for key in ("filter-list", "filter-delete")
+    },
     "dataset-delete": [
         ("dataset-build", {"name": "spare", "campaigns": (HAMMER,), "velocity": "integrated"})
     ],
 }
 _OF_MODELS = ("train", "compare", "promot", "model-", "dataset-", "spectra", "report")
 #: These find campaigns, a dataset and models in the store.
-FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)}
+FILLED = {name for name in EXAMPLES if name.startswith(_OF_MODELS)} | {"learning-curve"}
 #: These find a campaign and a diagnosis of it in the store.
 DIAGNOSED = {"diagnose", "plan-next-runs", "adopt", "blind-check"} | {
     name for name in EXAMPLES if name.endswith(("-diagnoses", "-diagnosis"))
@@ -198,16 +267,42 @@ ANSWERED_ELSEWHERE |= {
     "archive",
     "restore",
     "run-replace",
+    "describe",
 }
 #: The roles of a server, and a store that must not be there before.
 ANSWERED_ELSEWHERE |= {"db-roles", "db-restore"}
+#: These are a signed-in person's own (tests/app/web/test_people.py, test_notes.py).
+ANSWERED_ELSEWHERE |= {"own-password", "token-list", "token-add", "token-revoke", "note-edit"}
+#: Operations whose example writes a file, or finds nothing to change in the store: they leave no
+#: row of the audit trail, unless a job has done them.
+CHANGES_NO_ROW = {
+    *("db-copy", "db-export", "db-import", "db-backup", "db-check", "simulate", "campaign-init"),
+    *("campaign-delete", "blind-check", "init", "dataset-build"),
+}
 #: What an answer says of the moment, and not of what was asked.
-_OF_THE_MOMENT = {"when", "who", "id", "diagnosed_at", "deleted_at", "asked_at", "ended_at"}
+_OF_THE_MOMENT = {
+    "saved_at",
+    "when",
+    "who",
+    "id",
+    "made_at",
+    "written_at",
+    "author",
+    "author_kind",
+    "diagnosed_at",
+    "deleted_at",
+    "asked_at",
+    "ended_at",
+}
 #: What differs between stores that are made one after the other.
 _OF_THE_STORE = {"db-copy": {"sha256"}, "db-backup": {"size_bytes"}}
 #: A form whose answer is a page has no data to compare; its page has tests of its own.
 _SEEN_ON_A_PAGE = object()
 NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
+
+
+#: Results that hold what a test has made up, which no client knows.
+UNSENT = {"blind-check"}
 
 
 class MadeUpScore:
@@ -279,6 +374,8 @@ def arguments(
         if name == "method":
             continue
         field = request.model_fields[name]
+        if presentation_of(field).secret:
+            continue  # it is read from standard input
         if presentation_of(field).positional:
             places += value if isinstance(value, tuple) else [text_of(value)]
         elif bare(field.annotation) is bool:
@@ -388,8 +485,8 @@ def test_a_request_gives_the_same_answer_at_every_door(
     answers: dict[str, Any] = {}
     passing = _OF_THE_MOMENT | _OF_THE_STORE.get(name, set())
     campaign = hammer_campaign(tmp_path / "shelf", 2, 1, "shelf")
-    for door in DOORS:
-        if door in declared.absent:
+    for door in (*DOORS, "client"):
+        if {"client": "json"}.get(door, door) in declared.absent:
             continue
         folder = tmp_path / door
         url = f"sqlite:///{folder / 'lab.db'}"
@@ -401,21 +498,37 @@ def test_a_request_gives_the_same_answer_at_every_door(
             filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
         places = {"folder": folder / "out", "store": folder / "lab.db", "campaign": campaign}
         values = with_places(EXAMPLES[name], **places)
-        works = door in ("json", "form") and declared.long
+        # what cannot be sent is asked of the library here, without a job
+        sent_on = door in ("json", "form") or (door == "client" and name not in UNSENT)
+        works = sent_on and declared.long
         with window(url, works=works, folders=(tmp_path,)) as (client, store):
             prepare(name, store, url, campaign)
+            before = operations_in_trail(store)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
             with store.reading() as session:
                 assert_counts_kept(session)
+            added = operations_in_trail(store)[len(before) :]
+            assert set(added) <= {name}, "one request is one operation of the trail"
+            if (name in CHANGES_NO_ROW and not works) or not declared.changes:
+                assert added == []
+            else:
+                assert added == [name] * (2 if works else 1)
         if answer is not _SEEN_ON_A_PAGE:
             answers[door] = json.loads(
                 json.dumps(lasting(answer, passing), sort_keys=True).replace(str(folder), "FOLDER")
             )
-    python = answers.pop("python", {})
+    python, remote = answers.pop("python", {}), answers.pop("client", None)
+    assert remote in (None, python) or "python" in declared.absent
     first = answers.pop("command", python.get("result", answers.get("json")))
     expected = {"json": python.get("network", first)}
     assert python.get("result", first) == first
     assert all(answer == expected.get(door, first) for door, answer in answers.items()), answers
+
+
+def operations_in_trail(store: Store) -> list[str]:
+    """The operation of each row of the audit trail, the oldest first."""
+    with store.reading() as session:
+        return list(session.scalars(select(AuditRow.operation).order_by(AuditRow.id)))
 
 
 def _answer(
@@ -438,15 +551,31 @@ def _answer(
         for output in declared.outputs:
             if output.required:
                 words += [f"--{output.name}", folder / f"file{output.endings[0]}"]
-        typed = run_pyroshock(*arguments(declared, values, ["--json", *words]))
+        secrets = [
+            str(part)
+            for key, part in values.items()
+            if presentation_of(variant(declared, values).model_fields[key]).secret
+        ]
+        command = arguments(declared, values, ["--json", *words])
+        typed = run_pyroshock(*command, typed="\n".join([*secrets, ""]))
         return json.loads(typed.stdout)
     if door == "python":
         method: Any = PythonMethod(variant(declared, values), declared)
         method.__set_name__(Library, "method")
         given = {key: part for key, part in values.items() if key != "method"}
         made = method.__get__(library)(**given)
+        if declared.name not in UNSENT:
+            assert_same_result(made, sent(made))
         plain = made.to_json()
         return {"result": plain, "network": plain if declared.long else made.to_network_json()}
+    if door == "client" and declared.name not in UNSENT:
+        asked = read(variant(declared, values), values, "python")
+        server = ServerAnswers(TestConnection(client))
+        made = server.answer(declared, asked, progress=False)
+        plain = made.to_json()
+        return {"result": plain, "network": plain if declared.long else made.to_network_json()}
+    if door == "client":
+        return _answer("python", declared, values, client, library, folder)
     if door == "json":
         answer = asked_as_json(client, declared, values)
         assert answer.status_code in (200, 202), answer.text
@@ -494,12 +623,16 @@ NO_OPERATION = {
     "demo": "It starts a tour, which asks for operations.",
     "/api/csrf": "It gives the token that a write needs.",
     "/api/ingest/upload": "Its body is a form with files, in place of the path of an ingest.",
+    "/api/channels/{channel}/samples": "Its answer is a file of NumPy and no JSON.",
+    "ExperimentStore.job": "It gives an object that waits for a job.",
     "/api/ingest/folders": "It names what the path of an ingest may be.",
     "PlanCollection.open": "It gives an object whose methods are operations of the plan.",
     "PlanCollection.list": "Its rows are those of `plan-list`.",
     "ExperimentStore.close": "It ends the connection to the store.",
     "ExperimentStore.plan": "It gives the methods of plans.",
     "ExperimentStore.twin": "It gives an object whose methods predict.",
+    "ExperimentStore.campaigns": "Its rows are those of `campaign-list`, here or of a server.",
+    "ExperimentStore.shots": "Its rows are those of `shot-list`, here or of a server.",
     "ExperimentStore.impacts": "Its rows are those of `impact-list`, read as columns of a frame.",
     "ExperimentStore.pulse": "It gives arrays of a pulse, which no other door has.",
     "ExperimentStore.recording": "It gives channels that read their samples when they are used.",

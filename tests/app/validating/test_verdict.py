@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.operations.validate.validation import score_rows
-from pyroshock.app.operations.validate.verdict import is_calibrated, verdict_text
+from pyroshock.app.operations.validate.verdict import (
+    failure_rows,
+    failure_sentences,
+    is_calibrated,
+    verdict_text,
+)
+from pyroshock.validation.prediction_scores.failure_rules import EVERYWHERE, PredictionFailure
 from pyroshock.validation.prediction_scores.quantity_score import QuantityScore
 from support.records.scored_shots import FORCE, SPECTRUM, gaussian, score
 
@@ -68,3 +74,27 @@ def test_interval_that_is_shown_is_the_one_that_decides() -> None:
 
 #: What the table shows beside what the verdict reads.
 SHOWN = {"coverage50": 0.5, "bias": 0.0, "sharpness90": 0.2, "crps": 0.03}
+
+
+@pytest.mark.parametrize(("measure", "factor", "words"), [
+    (FORCE, 1.27, "27 % too high"),
+    (FORCE, 0.8, "20 % too low"),
+    (SPECTRUM, 2.0, "6.0 dB too high"),
+])  # fmt: skip
+def test_a_failure_has_one_number_in_its_sentence_its_row_and_the_scores(
+    measure: Any, factor: float, words: str
+) -> None:
+    """Predictions of `factor` times the measured values: the sentence said 27 % too high, the table
+    a mean deviation of −21.4 %."""
+    failure = PredictionFailure(EVERYWHERE, measure, factor - 1, 24, 0.01)
+    data = data_of(score(gaussian(24), measure)) | {"failures": [failure.as_json()]}
+    assert words in str(failure_sentences(data)[0])
+    assert failure_rows(data)[0]["prediction"] == words
+    measured_less_predicted = float(measure.level(np.array([1.0]))[0]) - float(
+        measure.level(np.array([factor]))[0]
+    )
+    data["quantities"][0]["bias"] = measured_less_predicted
+    deviation = next(score_rows(data))["mean deviation of the prediction"]
+    size = words.split()[0].rstrip("%")
+    sign = "+" if "high" in words else "−"
+    assert deviation.startswith(f"{sign}{size}".rstrip("0").rstrip("."))

@@ -11,7 +11,7 @@ import pytest
 from pyroshock.app.operations.diagnose.diagnosing import keep
 from support.processes.browsers import Lab, browser, chromium, served
 from support.processes.served_pages import address
-from support.records.verdicts import verdict
+from support.records.verdicts import explored, verdict
 from support.stores.stores import opened, run_pyroshock
 
 __all__ = ["address", "browser", "demo_store", "lab"]
@@ -23,7 +23,8 @@ DEMO_DB = "demo.db"
 @pytest.fixture(scope="session")
 def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the demo's first chapters, and in its store: two models of the rehearsal's
-    pulses, and a diagnosis.
+    pulses, and two diagnoses: one as an earlier version kept it, and one with all that a page
+    shows.
 
     The plates of the virtual bench have few modes, as in the demo's own tests: solving for all
     takes half a minute.
@@ -46,6 +47,7 @@ def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
         )
     with opened(url) as store:
         keep(store, verdict(campaign="first-shots"))
+        keep(store, explored(campaign="first-shots"))
     return out
 
 

@@ -1,22 +1,18 @@
-"""In a browser: an impact's record to the last sample, and its pulse cut anew."""
+"""In a browser: an impact's pulse extracted with other settings, and actions on lists of
+impacts."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from pyroshock.app.demo.demo import HIT
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.recordings import RecordedChannel
-from pyroshock.schema.series import layout_of, read_slice
 from sqlalchemy import select
 from support.processes.browsers import Lab, at, drawn, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
-
-SHOWN = "key => document.querySelector(`[data-channel='${key}']`)"
 
 
 def hit(lab: Lab) -> int:
@@ -36,55 +32,12 @@ def versions(lab: Lab, impact: int) -> list[tuple[bool, float]]:
         return [(pulse.current, pulse.settings.settings["threshold"]) for pulse in pulses]
 
 
-def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
-    impact = hit(lab)
-    with lab.reading() as session:
-        recording = session.get_one(Impact, impact).recording_id
-        long = select(RecordedChannel).where(
-            RecordedChannel.recording_id == recording, RecordedChannel.samples > 50_000
-        )
-        channel = session.scalars(long.order_by(RecordedChannel.name)).first()
-        stored = read_slice(
-            session.connection(), channel.id, layout_of(channel), 0, channel.samples
-        )
-        key, begin, rate = channel.id, channel.start_s, channel.sampling_rate_hz
-    with page_of(browser, lab) as page:
-        at(page, f"/impacts/{impact}")
-        page.wait_for_selector(f"[data-channel='{key}'][data-zoomable=yes]")
-        assert len(drawn(page, f"channel-{key}")[0]["x"]) <= 2000 < stored.size
-        area = page.locator(f"[data-channel='{key}'] .canvas").first
-        area.scroll_into_view_if_needed()
-        box, frame = area.bounding_box(), page.evaluate(f"key => ({SHOWN})(key).chart.frame", key)
-        x, y = box["x"] + frame["left"], box["y"] + box["height"] / 2
-        page.mouse.move(x + 2, y)
-        page.mouse.down()
-        page.mouse.move(x + 12, y, steps=4)
-        page.mouse.move(x + 22, y, steps=4)
-        page.mouse.up()
-        page.wait_for_selector(f"[data-channel='{key}'][data-exact=true]")
-        window = page.evaluate(f"key => ({SHOWN})(key).chart.range.x", key)
-        (trace,) = drawn(page, f"channel-{key}")
-        assert "Every sample is shown" in page.inner_text(f"#channel-{key} .shown")
-        tools = page.locator(f"#channel-{key} .chart-tools")
-        tools.get_by_role("button", name="Everything").click()
-        page.wait_for_selector(f"[data-channel='{key}'][data-exact=false]")
-    time_s = begin + np.arange(stored.size) / rate
-    inside = (time_s * 1e3 >= window[0] - 1e-9) & (time_s * 1e3 <= window[1] + 1e-9)
-    assert 100 < inside.sum() < 2001
-    np.testing.assert_allclose(trace["x"], time_s[inside] * 1e3, rtol=0, atol=1e-9)
-    with lab.reading() as session:
-        row = session.get_one(RecordedChannel, key)
-        from pyroshock.app.operations.impacts.signals import channel_window
-
-        exact = channel_window(session, row.id, points=200_000).values
-    np.testing.assert_array_equal(trace["y"], exact[inside])
-
-
 def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser, lab):
     impact = hit(lab)
     before = versions(lab, impact)
     with page_of(browser, lab) as page:
         at(page, f"/impacts/{impact}")
+        page.click("#preview-box summary")
         page.fill("#threshold", "0.05")
         page.press("#threshold", "Enter")
         page.wait_for_selector("#preview")
@@ -99,6 +52,7 @@ def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser,
         page.wait_for_url(f"**/impacts/{impact}")
         wait_drawn(page)
         assert page.locator("#preview").count() == 0
+        page.click("#versions-box summary")
         rows = page.locator("#versions tbody tr").all_inner_texts()
     after = versions(lab, impact)
     assert after == [(False, threshold) for _, threshold in before] + [(True, 0.05)]
@@ -193,29 +147,6 @@ def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
         ]
         found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
         assert few == [api_row["id"] for api_row in found] and 0 < len(few) < every
-
-
-TICKS = """axes => axes.map(([scale, low, high, most]) =>
-    pyroshockMarks.ticksOf({categories: [], scale}, low, high, most))"""
-
-
-def test_an_axis_names_two_numbers_at_least_however_far_one_zooms(browser, lab):
-    """2,000 random spans, of a thousandth of a decade to eight decades, on narrow and wide axes."""
-    rng = np.random.default_rng(5)
-    low = 10 ** rng.uniform(-3, 4, 2000)
-    high = low * 10 ** (10 ** rng.uniform(-3, 0.9, 2000))
-    axes = [
-        (("log", "linear")[i % 2], float(low[i]), float(high[i]), float(rng.uniform(2, 10)))
-        for i in range(2000)
-    ]
-    with page_of(browser, lab) as page:
-        at(page, f"/impacts/{hit(lab)}")
-        for (scale, begin, end, most), ticks in zip(axes, page.evaluate(TICKS, axes), strict=True):
-            values, names = zip(*ticks, strict=True)
-            assert len(ticks) >= 2, (scale, begin, end, most)
-            assert len(ticks) <= max(2 * most, 6), (scale, begin, end, most)
-            assert begin * (1 - 1e-9) <= min(values) and max(values) <= end * (1 + 1e-9)
-            assert len(set(names)) == len(names)
 
 
 def test_the_address_holds_the_view_of_a_chart(browser, lab):

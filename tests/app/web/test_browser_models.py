@@ -149,6 +149,7 @@ def test_trials_of_a_search_are_drawn_beside_the_importance_of_their_settings(br
     )
     with page_of(browser, lab) as page:
         at(page, "/models/kernel-ridge/1")
+        page.click("#training-details > summary")
         lines = drawn(page, "search-1")
         assert lines[-1]["name"] == "best trial"
         assert sum(trace["x"].count(None) for trace in lines) == 30
@@ -229,6 +230,7 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
 def test_predicted_lies_over_measured_with_the_coverage(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/models/linear/1")
+        page.click("#against > summary")
         shown = [trace for trace in drawn(page, "against-1") if trace["kind"] == "points"]
         pulses = int(page.inner_text("#against-1 figcaption").split(" held-out")[0].split()[-1])
         assert sum(len(trace["x"]) for trace in shown) == pulses > 0

@@ -143,7 +143,10 @@ def test_run_is_done_when_it_is_recorded_and_not_when_somebody_says_so(browser, 
         at(page, f"/plans/{winter}/sheet?run=4")
         # Nothing is recorded of run 4: its page offers what makes it done.
         assert page.locator("#done").count() == 0
-        assert page.get_attribute("#to-ingest", "href") == "/ingest"
+        assert (
+            page.get_attribute("#to-ingest", "href")
+            == "/ingest?plan=" + page.url.split("/plans/")[1].split("/")[0]
+        )
         at(page, f"/plans/{winter}/sheet?run=3")
         page.locator("#done summary").tap()
         page.locator("#done button").tap()

@@ -129,7 +129,9 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
             else ()
         )
         rests_on = RestsOn(
-            5, "hertz", f"The bands rest on 5 shots; this shot is fired with {pressure:.0f} Pa."
+            5,
+            "hertz",
+            f"The bands rest on 5 shots; this shot is fired with {pressure or 0:.0f} Pa.",
         )
         return replace(prediction, extrapolation=beyond, rests_on=rests_on)
 

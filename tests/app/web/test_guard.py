@@ -259,7 +259,7 @@ def test_no_name_leaves_the_folder(name: str) -> None:
             ([("a.zip", io.BytesIO(it))], 1000, "cannot be read")
             for it in (b"", b"PK\3\4 no zip", b"x" * 100)
         ),
-        ([("runs.csv", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
+        ([("notes.md", io.BytesIO(b""))], 1000, r"no campaign\.toml"),
         ([], 1000, "no file was sent"),
     ],
     ids=["link", "bomb", "too much", "empty", "no zip", "text", "no campaign", "nothing"],

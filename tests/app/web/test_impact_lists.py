@@ -15,7 +15,8 @@ from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.listings import iter_impacts
 from sqlalchemy import func, select
 from support.checks.well_formed import Page
-from support.processes.web_client import post
+from support.processes.web_client import post, sqlite, window
+from support.records.campaigns import gun_campaign, gun_rows, write_runs
 from support.stores.web_stores import HAMMER, Lab
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -84,17 +85,17 @@ def test_a_shot_leads_to_its_impact_which_shows_the_velocity_of_the_shot(
     assert len(impacts) == 2 and set(impacts) != set(impacts.values())
     page = empty.client.get("/shots").text
     rows = re.findall(r'<tr><td class="number">(\d+)</td><td class="[^"]*">(.*?)</td>', page)
-    links = {int(shot): re.findall(r"/impacts/(\d+)", impact) for shot, impact in rows}
-    assert len(links) == 7
-    for shot, link in links.items():
+    impact_links = {int(shot): re.findall(r"/impacts/(\d+)", impact) for shot, impact in rows}
+    assert len(impact_links) == 7
+    for shot, link in impact_links.items():
         assert link == ([str(impacts[shot])] if shot in impacts else [])
     for impact, (velocity, uncertainty) in velocities.items():
         text = empty.client.get(f"/impacts/{impact}").text
-        facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", text))
-        measured, spread = map(float, facts["measured velocity (m/s)"].split(" ± "))
+        links = dict(re.findall(r"<dt>([^<]*)</dt><dd><a[^>]*>([^<]*)</a></dd>", text))
+        measured, spread = map(float, links["velocity"].removesuffix(" m/s").split(" ± "))
         assert measured == pytest.approx(velocity, abs=uncertainty)
         assert spread == pytest.approx(uncertainty, rel=0.1)
-        assert float(facts["velocity of the model (m/s)"]) > 0
+        assert float(links["prediction"].removesuffix(" m/s by the nominal gun")) > 0
 
 
 @pytest.mark.parametrize(
@@ -211,3 +212,29 @@ def test_ticked_impacts_are_compared_and_rejected_with_a_reason(filled: Lab) -> 
     assert gone.status_code == 200 and gone.json() == {"location": "/impacts"}
     after = {row["id"] for row in stored(filled)}
     assert first not in after and len(before - after) == together
+
+
+def test_a_factor_of_many_levels_is_typed_and_its_levels_are_suggested(
+    tmp_path: Path,
+) -> None:
+    """A select of 26 pressures is a list to search through; a field takes what one knows."""
+    rows = [
+        {
+            **row,
+            "tank_pressure_bar": round(0.2 + 0.013 * place, 3),
+            "bullet_mass_kg": 0.1428,
+            "impact_velocity_m_s": 10,
+        }
+        for place, row in enumerate(gun_rows(14))
+    ]
+    folder = gun_campaign(tmp_path / "shots", 14, "shots")
+    write_runs(folder, rows)
+    with window(sqlite(tmp_path)) as (client, store):
+        ingest_folder(store, folder)
+        page = client.get("/impacts").text
+        assert 'name="level.tank_pressure_pa"' in page and '<option value="0.213">' in page
+        assert '<select id="menu-2" name="where"' in page or "level.bullet_mass_kg" not in page
+        for typed in ("0.213", "0.2130"):
+            page = client.get("/impacts", params={"level.tank_pressure_pa": typed}).text
+            assert "1 impact<" in page and "Condition" in page
+        assert "No impact matches" in client.get("/impacts?level.tank_pressure_pa=9").text

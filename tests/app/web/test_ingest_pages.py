@@ -138,7 +138,7 @@ def test_faults_of_uploads_stand_at_their_field(filled: Lab) -> None:
         ("/ingest/upload", "files", "files"),
         ("/ingest/restore", "other", "file"),
     ):
-        files = [(name, ("notes.txt", b"x"))]
+        files = [(name, ("notes.md", b"x"))]
         (fault,) = post(filled.client, address, files=files, headers=FORM).json()["faults"]
         assert fault["field"] == field
     too_large = {**FORM, "content-length": str(10**12), "X-CSRF-Token": token(filled.client)}

@@ -117,6 +117,7 @@ ASKED: dict[str, Any] = {
         )
         for kind in ("ingest", "check")
     },
+    "describe": KINDS["describe"].read({"path": {"path": "/lab/spring"}}),
     "db-check": KINDS["db-check"].read({"campaign": HAMMER, "fast": True}),
     "archive": KINDS["archive"].read({"campaign": HAMMER, "reason": "the bench was rebuilt"}),
     "extract": KINDS["extract"].read(
@@ -133,6 +134,7 @@ ASKED: dict[str, Any] = {
         {"dataset": DATASET, "models": ["linear", "gp"], "split": "repetitions", "seed": 5}
         | {"budget": "full"}
     ),
+    "learning-curve": KINDS["learning-curve"].read({"model": "linear", "version": 1}),
     # as older software has stored it
     "tune": read(
         Tuning,
@@ -230,7 +232,7 @@ def test_form_of_a_job_has_the_texts_that_were_typed(unworked: Window) -> None:
         fields("train")["models"] == ["linear", "gp"] and fields("tune")["target"] == SPECIFICATION
     )
     assert fields("check") == {
-        "path": "/lab/spring",
+        "path": "spring",  # without the place where the server keeps it
         "segmentation": "mask",
         "threshold": "0.03",
         "plan": "winter",

@@ -16,6 +16,7 @@ import pytest
 from pyroshock.app.jobs.kind import RunningJob
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.operations.upload_folders import discard, is_scratch, make_scratch
+from pyroshock.app.twins.building import TwinRequest
 from pyroshock.schema.jobs import DONE, WAITING
 from pyroshock.twin.tune.attainability import Attainability, Obstacle
 from support.processes.odd_jobs import Odd, claimed, odd, work_off
@@ -107,8 +108,13 @@ def test_a_tunings_page_is_drawn_from_the_store(
         "bench limit", "The bench refuses all of 648 settings.", 0.0, 1e4, -np.inf, ("closed",)
     )
     refusal = Attainability(0.0, 0.5, 0, 0, "every line lies within tolerance", obstacle)
-    found = SimpleNamespace(proposals=[], avoid=[], attainability=refusal)
-    session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
+    found = SimpleNamespace(proposals=[], choices=[], avoid=[], attainability=refusal)
+    session = SimpleNamespace(
+        goal=goal,
+        notes=("learned from none",),
+        run=lambda step: found,
+        answering=TwinRequest(),
+    )
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", lambda *_: session)
     with window(sqlite(tmp_path)) as (client, _):
         job = ended(

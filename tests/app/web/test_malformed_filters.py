@@ -103,15 +103,28 @@ def client(store: Store) -> Iterator[TestClient]:
         yield stack.enter_context(TestClient(app, base_url=ADDRESS, raise_server_exceptions=False))
 
 
+def _routes(router: Any) -> Iterator[Any]:
+    """Those of the router, and of the routers that it includes."""
+    for route in router.routes:
+        if (included := getattr(route, "original_router", None)) is None:
+            yield route
+        else:
+            yield from _routes(included)
+
+
 def _addresses() -> list[str]:
     """Every route that takes `where`, whatever is added later."""
     addresses = [
         f"/api{declared.route[1]}?"
         for declared in operations()
-        if declared.route and "where" in declared.request.model_fields
+        if declared.route
+        and declared.route[0] == "GET"
+        and "where" in declared.request.model_fields
     ]
+    # these read the whole request of their operation, as its JSON route does
+    addresses += ["/explore?", "/explore/selection?"]
     for prefix, modules in (("", PAGES), ("/api", _API)):
-        for route in (route for module in modules for route in module.router.routes):
+        for route in (route for module in modules for route in _routes(module.router)):
             if "where" in {field.alias for field in route.dependant.query_params}:
                 path = prefix + route.path.format_map(_PARTS)
                 addresses.append(path + ("?what=impacts&" if path.endswith("/export") else "?"))
@@ -120,8 +133,9 @@ def _addresses() -> list[str]:
 
 def test_the_routes_with_filters_are_these() -> None:
     assert sorted(_addresses()) == [
-        "/api/impacts?", "/api/shots?", "/campaigns/hammer/export?what=impacts&", "/compare?",
-        "/impacts?", "/shots?",
+        "/api/explore?", "/api/impacts?", "/api/library/impacts?", "/api/library/shots?",
+        "/api/shots?", "/campaigns/hammer/export?what=impacts&",
+        "/compare?", "/explore/selection?", "/explore?", "/impacts?", "/shots?",
     ]  # fmt: skip
 
 
@@ -150,7 +164,7 @@ def test_a_malformed_filter_is_400_with_a_line(client: TestClient, word: str) ->
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_no_filter_is_a_fault_of_the_server(client: TestClient, word: str) -> None:
-    for address in ("/api/impacts?", "/impacts?", "/api/shots?"):
+    for address in ("/api/impacts?", "/impacts?", "/api/shots?", "/explore?"):
         answer = _ask(client, address, word)
         assert answer.status_code in (200, 400, 404, 422), (address, answer.text[:300])
 

@@ -22,7 +22,9 @@ def parts_of(page: str) -> list[str]:
     return re.findall(r'(?:src|href)="(/static/[^"]+)"', page)
 
 
-@pytest.mark.parametrize("address", ["/impacts/1", "/compare", "/twin", "/plans/autumn%2F1"])
+@pytest.mark.parametrize(
+    "address", ["/impacts/1", "/compare", "/explore", "/twin", "/plans/autumn%2F1"]
+)
 def test_a_page_with_charts_is_small(filled: Lab, address: str) -> None:
     page = filled.client.get(address)
     parts = {part: sent_bytes(filled.client.get(part)) for part in parts_of(page.text)}

@@ -76,7 +76,7 @@ def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) ->
     (f"/impacts?campaign={HAMMER}&where=tip_material=delrin", 'href="/impacts/6"'),
     ("/shots", "measured velocity (m/s)"),
     ("/impacts/1", 'id="segmentation-data"'),
-    ("/impacts/21", 'data-channel="'),
+    ("/impacts/21", 'id="channels-data"'),
     ("/impacts/1?preview=true&threshold=0.02", 'id="preview"'),
     ("/compare?factor=tip_material", 'id="overlay-data"'),
     ("/compare?normalised=true&factor=tip_radius", 'id="groups"'),
@@ -690,10 +690,9 @@ def test_page_of_a_diagnosis_shows_its_parts_plans_the_next_experiment_and_adopt
     key = keep(filled.store, verdicts.gun(campaign=GUN))
     page = Page(filled.client.get(f"/diagnoses/{key}").text)
     assert summary(verdicts.gun()) in page.text
-    charts = [drawing["aria-label"] for drawing in page.of("svg")]
-    path, shares = charts[:2]
-    assert path.startswith("The path of the model error: ") and "what remains" in path
-    assert shares.startswith("Shares of the effects: ") and "unexplained" in shares
+    charts = {figure["id"]: figure["aria-label"] for figure in page.of("figure")}
+    assert charts["waterfall"].startswith("The error in tolerances on configurations that the fit")
+    assert charts["shares"].startswith("Shares of the squared error of all configurations")
     boxes = {box["value"] for box in page.of("input") if box.get("name") == "with_effects"}
     assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
     assert "plate.damping" not in boxes and page.of("option")[-1]["value"] == "none"
@@ -747,13 +746,14 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         lower_db=np.array([6.0, 6.0]),
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
-        found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
+        choice = SimpleNamespace(proposal=row, as_json=dict)
+        found = SimpleNamespace(proposals=[row], choices=[choice], avoid=[], attainability=likely)
 
         def run(step: Any) -> Any:
             step(1, 1, "found")
             return found
 
-        return SimpleNamespace(goal=goal, notes=("a note",), run=run)
+        return SimpleNamespace(goal=goal, notes=("a note",), run=run, answering=twin)
 
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", session_of)
     monkeypatch.setattr(
@@ -768,7 +768,9 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     assert (twin.contact, wanted.at_least, wanted.share) == ("hertz", 0.6, 0.95)
     page = filled.client.get(job["address"])
     assert (
-        page.status_code == 200 and "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+        page.status_code == 200
+        and "/twin?contact=hertz&amp;specification=frequency_hz" in page.text
+        and "&amp;tolerance=3dB&amp;tank_pressure_pa=400000.0" in page.text
     )
     likely = "has a probability of 90 % that every line lies within tolerance"
     sentence = f"One proposal meets the target: the setting {likely} (90 % interval 87 % to 92 %, "

@@ -180,9 +180,9 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
 
 def test_warning_stands_beside_the_number_and_beside_the_slider(filled: Lab) -> None:
     pressure = (
-        "Tank pressure 50 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+        "Tank pressure 50 bar is above the 0.5 to 6.7 bar of the shots that were learned from."
     )
-    mass = "Bullet mass 1.2 kg is beyond the 0.2 to 0.8 kg of the shots that were learned from."
+    mass = "Bullet mass 1.2 kg is above the 0.2 to 0.8 kg of the shots that were learned from."
     name = "beyond pressure and mass"
     (line,) = [
         row
@@ -223,9 +223,7 @@ def test_twin_is_chosen_by_campaign_and_a_table_has_what_the_bands_rest_on(
     words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
     rows = json.loads(run_pyroshock("predict", *words, "--json").stdout)
     assert [row["rests_on_shots"] for row in rows] == [5, 5]
-    beyond = (
-        "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
-    )
+    beyond = "Tank pressure 10 bar is above the 0.5 to 6.7 bar of the shots that were learned from."
     assert [row["extrapolation"] for row in rows] == ["", beyond] and beyond in pyroshock(
         "predict", *words
     ).stdout

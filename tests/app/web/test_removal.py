@@ -3,16 +3,21 @@ form writes."""
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import quote
 
 import pytest
+from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
+from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.recordings import Recording
 from sqlalchemy import select
 from support.processes.web_client import post, post_json, sqlite, token_in, window
+from support.records.campaigns import hammer_campaign, hammer_rows, write_runs
+from support.stores.stores import content
 from support.stores.web_stores import DATASET, HAMMER, Lab
 
 pytestmark = pytest.mark.timeout(600)
@@ -66,7 +71,10 @@ def test_page_shows_what_stands_on_a_recording_and_discards_it(own: Lab) -> None
     shown = own.client.get(f"/impacts/{impact}/discard").text
     assert FIRST in shown and f"dataset {DATASET}" in shown and own.rows() == before
     answer = post(own.client, f"/impacts/{impact}/discard", {"reason": REASON})
-    assert (answer.status_code, answer.headers["location"]) == (303, f"/campaigns/{HAMMER}")
+    assert (answer.status_code, answer.headers["location"]) == (
+        303,
+        f"/campaigns/{HAMMER}?discarded=1",
+    )
     assert before["recordings"] - own.rows()["recordings"] == 1
     assert own.client.get(f"/impacts/{impact}/discard").status_code == 404
 
@@ -107,3 +115,33 @@ def test_write_without_the_token_is_refused(own: Lab, address: str) -> None:
         own.client.post(address, json={"reason": REASON}).status_code == 403
         and own.rows() == before
     )
+
+
+def test_a_discard_is_undone_on_the_page(tmp_path: Path) -> None:
+    """What is discarded by mistake comes back with one button, with the pulses of datasets."""
+    rows = [{**row, "impact_velocity_m_s": 1.5, "plate_material": "steel", "anvil_material": "none",
+             "insulator": "none", "boundary_conditions": "free", "impact_position": "a"}
+            for row in hammer_rows(3, 2)]  # fmt: skip
+    folder = hammer_campaign(tmp_path / "spring", 3, 2, "spring")
+    write_runs(folder, rows)
+    with (folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\n')
+    with window(sqlite(tmp_path)) as (client, store):
+        ingest_folder(store, folder)
+        frozen = build_snapshot(store, "pulses", ["spring"]).snapshot.hash
+        before = content(sqlite(tmp_path))
+        answer = post(client, "/impacts/1/discard", {"reason": "the plate had come loose"})
+        page = client.get(answer.headers["location"]).text
+        assert 'id="undo"' in page and "the plate had come loose" in page
+        assert content(sqlite(tmp_path))["impacts"] != before["impacts"]
+        undo = re.search(r'action="(/deleted/\d+/restore)"', page)
+        assert undo is not None and undo[1] in client.get("/deleted").text
+        assert post(client, undo[1]).headers["location"] == "/campaigns/spring"
+        after = content(sqlite(tmp_path))
+        assert {k: v for k, v in after.items() if k != "tombstones"} == {
+            k: v for k, v in before.items() if k != "tombstones"
+        }
+        assert read_snapshot(store, "pulses").hash == frozen
+        assert (
+            "restored" in client.get("/deleted").text and post(client, undo[1]).status_code == 404
+        )

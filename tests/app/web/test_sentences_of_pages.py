@@ -83,6 +83,7 @@ def page_of_answer(lab: Lab, module: str, address: str, data: dict[str, Any]) ->
     """The page of a job that has this answer."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"pyroshock.app.pages.{module}.finished_result", lambda *_: data)
+        patch.setattr("pyroshock.app.web.jobs.Jobs.form_of", lambda *_: (None, False))
         page = lab.client.get(f"/{address}/1")
     assert page.status_code == 200, page.text
     return page.text

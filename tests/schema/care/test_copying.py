@@ -10,10 +10,13 @@ import pytest
 from pyroshock.schema.benches import Material
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError, make_engine
+from pyroshock.schema.home_pictures import HomePictureRow
+from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, inspect, select, text
-from support.stores.care_stores import copied, execute, registered_version
+from support.stores.care_stores import WHEN, copied, execute, registered_version
 from support.stores.hammer_stores import url_of
+from support.stores.people_rows import add_people_rows
 from support.stores.stores import content, opened
 
 TESTS = Path(__file__).resolve().parents[2]
@@ -22,6 +25,9 @@ TESTS = Path(__file__).resolve().parents[2]
 def test_round_trip_over_the_other_engine_changes_nothing(care_copy, database_url, tmp_path):
     with opened(care_copy) as store, store.writing() as session:
         session.add(registered_version())
+        session.add(SavedView(name="force", request={"y": "peak_force_n"}, saved_at=WHEN))
+        session.add(HomePictureRow(picture="runs-by-plan", position=1))
+        add_people_rows(session, "spring")
     there = copied(care_copy, database_url)
     back = copied(database_url, url_of(tmp_path / "back.db"))
     assert there == back

@@ -186,17 +186,23 @@ CHECKS: tuple[Callable[[Estimator], None], ...] = (
 )  # fmt: skip
 
 
-def error_of(estimator: Estimator) -> float:
+def error_of(trained: Estimator) -> float:
     """Mean over the held-out pulses of the RMSE over the pulse's range (thesis, eq. 4.4)."""
     asked = known_law()[1]
-    wrong = learned(estimator).predict(asked.x).mean - asked.y
+    wrong = trained.predict(asked.x).mean - asked.y
     return float(np.mean(np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(asked.y, axis=1)))
 
 
 def check_learns_known_law(estimator: Estimator, worst: float) -> None:
     """Held-out pulses of the synthetic campaign to `worst` NRMSE; its noise alone makes 0.02, the
-    mean pulse 2.1."""
-    assert error_of(estimator) < worst
+    mean pulse 2.1.
+
+    The median of three trainings: a network ends in another minimum where the last digit of a
+    product differs, as it does between processors.
+    """
+    errors = [error_of(learned(estimator))]
+    errors += [error_of(fitted(estimator, seed=seed)) for seed in (6, 7)]
+    assert np.median(errors) < worst, errors
 
 
 def check_units_do_not_matter(estimator: Estimator, rtol: float = 1e-6) -> None:

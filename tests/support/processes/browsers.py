@@ -70,7 +70,8 @@ def served(db: str, folder: Path, **settings: Any) -> Iterator[Lab]:
     """The application over a store, on a free port, in a thread of its own."""
     import uvicorn
 
-    with open_store(db, Writer("browser", "0")) as store, socket.socket() as listener:
+    tcp = socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP  # as `serve` listens
+    with open_store(db, Writer("browser", "0")) as store, socket.socket(*tcp) as listener:
         listener.bind(("127.0.0.1", 0))
         served_as = Settings(db, folders=(folder,), **settings)
         app = application(served_as, store)

@@ -265,7 +265,9 @@ class MigratePlace:
             engine.dispose()
 
     def content(self) -> object:
-        return dump(self.url)
+        """Every row but those that tell when the command was given."""
+        rows = dump(self.url)
+        return {name: rows[name] for name in rows if name not in ("audit_rows", "provenance")}
 
 
 def migrate_places(databases: Databases, folder: Path) -> Callable[[str], MigratePlace]:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pyroshock.app.library.server_connection import ServerConnection
 from pyroshock.app.server.application import application
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.session import Store, Writer, open_store
@@ -26,6 +27,22 @@ def window(db: str, **settings: Any) -> Iterator[tuple[TestClient, Store]]:
         app = application(Settings(db, **settings), store)
         with TestClient(app, base_url=ADDRESS, follow_redirects=False) as client:
             yield client, store
+
+
+class TestConnection(ServerConnection):
+    """The connection of the Python library, whose requests a test client sends."""
+
+    __test__ = False
+
+    def __init__(self, client: TestClient) -> None:
+        super().__init__(ADDRESS)
+        self.client = client
+
+    def _sent(self, method, target, body, headers):
+        answer = self.client.request(method, target, content=body, headers=headers)
+        self._keep_session(answer.headers.get_list("set-cookie"))
+        kind = answer.headers.get("content-type", "").partition(";")[0]
+        return answer.status_code, kind, answer.content
 
 
 def token(client: TestClient) -> str:

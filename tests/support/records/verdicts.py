@@ -26,6 +26,15 @@ from pyroshock.diagnosis.verdict import (
     Verdict,
     Where,
 )
+from pyroshock.diagnosis.what_if import (
+    ComputedSet,
+    ErrorMap,
+    MapColumn,
+    MapRow,
+    RunName,
+    RunResiduals,
+    WhatIf,
+)
 from pyroshock.twin.effects import effect
 
 LAYER = effect("contact.layer_compliance", compliance_m_n=3.4e-8)
@@ -146,6 +155,60 @@ def gun(**changed: Any) -> Verdict:
             "gun.valve_flow": (VALVE,),
         },
         pictures=pictures(),
+    )
+    return replace(whole, **changed)
+
+
+def explored(**changed: Any) -> Verdict:
+    """The same gun with what a page shows beside the report: two runs of each configuration, two
+    families of observables, and the error with the path's effects, one of them alone, and two."""
+    runs = tuple(RunName(i // 2, i // 2 + 1, i % 2 + 1) for i in range(12))
+    before = np.linspace(-0.5, -0.3, 12)
+    velocity = RunResiduals(
+        "velocity", "ln_velocity", "gun", "1", 0.01, 1, before, np.full(12, 0.004)
+    )
+    trace = RunResiduals(
+        "pressure trace",
+        "pressure trace",
+        "gun",
+        "tolerances",
+        1.0,
+        4,
+        np.abs(before) * 20,
+        np.full(12, 0.5),
+    )
+
+    def computed(*effects: str, after: float, fraction: float) -> ComputedSet:
+        residuals = (before * after / 0.42, np.abs(before) * 20 * after / 0.42)
+        return ComputedSet(effects, after, (0.9 * after, 1.2 * after), fraction, residuals)
+
+    valve, atmosphere, leak = "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
+    sets = (
+        computed(valve, after=0.164, fraction=0.61),
+        computed(valve, atmosphere, after=0.05, fraction=0.88),
+        computed(valve, atmosphere, leak, after=0.0126, fraction=0.97),
+        computed(atmosphere, after=0.31, fraction=0.26),
+        computed(atmosphere, leak, after=0.27, fraction=0.36),
+    )
+    rows = (
+        MapRow("family", "gun", "velocity"),
+        MapRow("time", "contact", "force", 0.0001, 0.0004),
+        MapRow("frequency", "contact", "force", 800.0, 1600.0),
+    )
+    columns = (
+        MapColumn(""),
+        MapColumn("tank_pressure", "", 3e4, 6e4),
+        MapColumn("tip_material", "PLA"),
+    )
+    values = (
+        np.array([42.0, 50.0, 31.0]),
+        np.array([0.4, 0.3, np.nan]),
+        np.array([2.0, 3.0, 1.5]),
+    )
+    whole = replace(
+        gun(),
+        what_if=WhatIf(runs, (velocity, trace), sets, (0.39, 0.45)),
+        error_map=ErrorMap(rows, columns, values),
     )
     return replace(whole, **changed)
 

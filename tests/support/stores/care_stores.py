@@ -15,6 +15,7 @@ from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.storing.plan_link import link_campaign
 from pyroshock.ingest.storing.reextraction import reextract_recording
 from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
+from pyroshock.schema.corrections import FactCorrection
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.impacts import Impact
@@ -146,6 +147,16 @@ def _fill(store: Store) -> None:
                       stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [],
                       "reopened": []})
         )  # fmt: skip
+        session.add(
+            FactCorrection(
+                campaign_id=campaign.id,
+                fact="tip_radius_mm",
+                earlier=[{"value": "10", "hits": [[1, 1]]}],
+                value="12",
+                reason="measured anew",
+                corrected_at=WHEN,
+            )
+        )
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
     link_campaign(store, HAMMER, HAMMER)
 

@@ -11,10 +11,12 @@ import numpy as np
 from pyroshock.schema.campaign_counts import recount
 from pyroshock.schema.column_kinds import JSON_TEXT, NUMBER, TEXT, TIME, kind_of
 from pyroshock.schema.engine import make_engine
+from pyroshock.schema.home_pictures import HomePictureRow
 from pyroshock.schema.impacts import Impact, Shot
 from pyroshock.schema.jobs import DONE, FAILED, Job
 from pyroshock.schema.provenance import RECORDING, Tombstone
 from pyroshock.schema.recordings import QualityFinding, Recording
+from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session
@@ -28,6 +30,7 @@ from support.records.campaigns import (
 )
 from support.stores.care_stores import WHEN, fill, registered_version
 from support.stores.hammer_stores import url_of
+from support.stores.people_rows import add_people_rows
 from support.stores.stores import ingested, opened
 
 #: Of a column that no row of these stores has a value in: one that no rule of its table forbids.
@@ -41,6 +44,7 @@ def fill_every_column(folder: Path) -> None:
     ingested(url, _counts_campaign(folder / "winter"))
     with opened(url) as store, store.writing() as session:
         _add_rows(session)
+        add_people_rows(session, "spring")
         session.flush()
         recount(session)
         for column in _empty_columns(session):
@@ -112,6 +116,8 @@ def _add_rows(session: Session) -> None:
             ),
             Job(**ended, **times, state=FAILED, error="e"),
             registered_version(),
+            HomePictureRow(picture="runs-by-plan", position=1),
+            SavedView(name="view", creator="c", request={"x": "run"}, saved_at=WHEN),
             Tombstone(
                 kind=RECORDING,
                 campaign="spring",

@@ -62,7 +62,7 @@ class Lab:
         return {
             name: count - before[name]
             for name, count in self.rows().items()
-            if count != before[name] and name not in ("provenance", "jobs")
+            if count != before[name] and name not in ("provenance", "jobs", "audit_rows")
         }
 
 

@@ -1,0 +1,145 @@
+"""Pages speak of fields, buttons and pages, and never of options and commands; they show no path of
+the server, and no date that nobody knows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from pyroshock.app.web.page_words import in_page_words
+from pyroshock.ingest.load import ingest_folder
+from support.processes.web_client import ended, post, sqlite, window
+from support.records.campaigns import gun_campaign, hammer_campaign, replace_in
+from support.stores.web_stores import Lab
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+_SPOKEN = re.compile(r"(?<![\w-])--[a-z]{2,}|\bpyroshock (?:[a-z]+ )*[a-z]+")
+
+
+class Words(HTMLParser):
+    """What a person reads on a page: its texts, without scripts and styles."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._inside: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag in ("script", "style", "footer"):
+            self._inside.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if self._inside and tag == self._inside[-1]:
+            self._inside.pop()
+
+    def handle_data(self, data: str) -> None:
+        if not self._inside:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def spoken(text: str) -> list[str]:
+    """Options and commands that a text names; the software's own name stands in the menu."""
+    return [match[0] for match in _SPOKEN.finditer(text.replace("pyroshock Campaigns", ""))]
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    folder = tmp_path / "lab"
+    (folder / "campaigns").mkdir(parents=True)
+    with window(sqlite(folder), folders=(folder / "campaigns",)) as (client, store):
+        ingest_folder(store, EXAMPLES / "first-shots")
+        ingest_folder(store, hammer_campaign(tmp_path / "spring", 2, 1, "spring"))
+        yield Lab(client, store, sqlite(folder), folder)
+
+
+@pytest.mark.parametrize(("said", "shown"), [
+    ("lower --event-share, or delete the row", "lower “Event share”, or delete the row"),
+    ("no models yet; train some: pyroshock train DATASET",
+     "no models yet; train some: the page “Train models”"),
+    ("correct the row, or, if it is true, confirm it with --confirm negative-size or with "
+     'confirmed = ["negative-size"] in [bench] of campaign.toml',
+     "correct the row, or, if it is true, tick the rule negative-size in the form of the campaign"),
+    ("give it a name of its own, or replace it: pyroshock runs replace a b.npz --from FOLDER "
+     "--reason TEXT",
+     "give it a name of its own, or discard the recording on the page of one of its impacts, and "
+     "ingest the folder again"),
+    ("a material of the store (pyroshock materials lists and adds them)",
+     "a material of the store"),
+    ("a sentence -- with dashes, and a-b", "a sentence -- with dashes, and a-b"),
+])  # fmt: skip
+def test_a_message_of_the_command_line_is_put_into_the_words_of_pages(
+    said: str, shown: str
+) -> None:
+    assert in_page_words(said) == shown
+    assert not spoken(in_page_words(said))
+
+
+def test_folders_of_the_server_are_called_by_their_last_part(tmp_path: Path) -> None:
+    folder = tmp_path / "shots"
+    folder.mkdir()
+    assert in_page_words(f"no folder '{folder}/spring' any more", (folder,)) == (
+        "no folder 'shots/spring' any more"
+    )
+
+
+@pytest.mark.parametrize("address", [
+    "/", "/campaigns", "/campaigns/spring", "/campaigns/first-shots", "/campaigns/spring/facts",
+    "/campaigns/spring/delete", "/campaigns/spring/archive", "/campaigns/spring/export",
+    "/campaigns/spring/extract", "/deleted", "/impacts", "/impacts/1", "/impacts/1/discard",
+    "/shots", "/ingest", "/plans", "/plans/new", "/jobs", "/datasets", "/nowhere",
+])  # fmt: skip
+def test_a_page_names_no_option_no_command_no_path_and_no_year_1970(lab: Lab, address: str) -> None:
+    text = Words(lab.client.get(address).text).text
+    assert not spoken(text), spoken(text)
+    assert str(lab.folder) not in text
+    assert "1970" not in text
+
+
+def test_an_unknown_date_is_told_and_comes_last(lab: Lab) -> None:
+    page = lab.client.get("/campaigns").text
+    assert page.index(">spring<") < page.index(">first-shots<")
+    assert "not known" in page.partition(">first-shots<")[2]
+    assert "date not known" in lab.client.get("/campaigns/first-shots").text
+    listed = lab.client.get("/api/campaigns").json()
+    assert {row["name"]: row["date"] for row in listed} == {
+        "spring": "2026-03-02", "first-shots": None,
+    }  # fmt: skip
+
+
+def test_a_folder_of_the_server_is_called_by_its_place_below_what_may_be_read(
+    lab: Lab, tmp_path: Path
+) -> None:
+    folder = gun_campaign(lab.folder / "campaigns" / "shots", 2, "shots")
+    page = lab.client.get("/ingest").text
+    assert '<option value="shots">' in page and str(lab.folder) not in page
+    answer = post(lab.client, "/ingest/path", {"path": "shots", "dry_run": "1"})
+    assert ended(lab.client, answer)["state"] == "done"
+    page = lab.client.get(answer.headers["location"]).text
+    assert str(lab.folder) not in page and "The folder shots of the server" in page
+    refused = post(
+        lab.client, "/ingest/path", {"path": "../lab"}, headers={"X-Pyroshock-Form": "1"}
+    )
+    assert str(lab.folder) not in refused.text
+    # a fault of the folder is told in words of pages
+    (folder / "runs.csv").unlink()
+    answer = post(lab.client, "/ingest/path", {"path": "shots", "dry_run": "1"})
+    ended(lab.client, answer)
+    page = lab.client.get(answer.headers["location"]).text
+    assert "no runs.csv" in page and str(lab.folder) not in page
+
+
+def test_a_rule_is_ticked_and_not_confirmed_by_an_option(lab: Lab) -> None:
+    folder = gun_campaign(lab.folder / "campaigns" / "shots", 2, "shots")
+    replace_in(folder / "runs.csv", "0.25", "25")
+    answer = post(lab.client, "/ingest/path", {"path": "shots", "dry_run": "1"})
+    ended(lab.client, answer)
+    text = Words(lab.client.get(answer.headers["location"]).text).text
+    assert "pressure-above-regulator" in text and not spoken(text)
