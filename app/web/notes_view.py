@@ -25,7 +25,7 @@ def notes_on(environment: Environment, request: Request, kind: str, text: object
     with request.app.state.store.reading() as session:
         try:
             subject = find_subject(session, kind, str(text))
-        except LookupError:
+        except LookupError:  # the page tells of something that is not stored: it takes no notes
             return Markup("")
         notes, tags = stored_notes_on(session, subject), tags_on(session, subject)
     section = environment.get_template("notes_on.html").render(

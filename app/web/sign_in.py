@@ -188,7 +188,7 @@ def session_of(request: Request) -> str | None:
     """The identifier that the request's cookie brings, open or not."""
     try:
         cookies = SimpleCookie(request.headers.get("cookie", ""))
-    except CookieError:
+    except CookieError:  # a cookie that no browser sends is no identifier
         return None
     return cookies[SESSION].value if SESSION in cookies else None
 

@@ -269,6 +269,6 @@ def _is_modal_table(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = decode_utf8(file.read(4096).rsplit(b"\n", 1)[0])
-    except (OSError, ValueError):
+    except (OSError, ValueError):  # not readable, or no text: the readers say so of recordings
         return False
     return head.lstrip().lower().startswith("mode") and "frequency_hz" in head.splitlines()[0]

@@ -192,7 +192,7 @@ def _quantity_of_unit(unit: str | None) -> str | None:
 def _is_unit(unit: str | None, quantity: str) -> bool:
     try:
         return bool(unit) and bool(to_si(str(unit), quantity))
-    except UnitError:
+    except UnitError:  # a unit of another quantity, or none: the form asks for it
         return False
 
 

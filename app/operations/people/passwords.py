@@ -71,7 +71,7 @@ def is_password(argon2: str, password: str) -> bool:
 
     try:
         return _hasher().verify(argon2, _normal(password[: LONGEST + 1]))
-    except (VerificationError, InvalidHashError):
+    except (VerificationError, InvalidHashError):  # another password, or no hash at all
         return False
 
 
