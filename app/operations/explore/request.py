@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import BeforeValidator, ValidationInfo, field_validator
 
 from ..fields import Presentation, request_field, row_limit
 from ..impacts.listing import Selection
@@ -112,6 +112,11 @@ class Exploration(Selection):
         help="Draw the saved view of this name; other options change it.",
         presentation=Presentation(metavar="NAME", completion="view_names"),
     )
+
+    @field_validator("x", "y", "colour", "channel", "view")
+    @classmethod
+    def _blank_is_none(cls, name: str | None) -> str | None:
+        return name or None
 
     @property
     def has_selection(self) -> bool:

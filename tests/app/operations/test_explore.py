@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pyroshock.app.operations.explore.explore import EXPLORE
 from pyroshock.app.operations.explore.request import Exploration, ends_of, stretch_text
@@ -308,6 +308,7 @@ _REQUESTS = st.fixed_dictionaries(
 
 
 @given(_REQUESTS)
+@example({"x": " "})
 def test_a_request_is_read_from_what_a_view_and_an_address_keep_of_it(fields):
     request = read(Exploration, fields, "python")
     stored = json.loads(json.dumps(request.model_dump(mode="json")))
