@@ -10,7 +10,7 @@ document.addEventListener("DOMContentLoaded", () => {
   };
 
   // --- the list
-  const words = byId("search-words");
+  const words = byId("api-words");
   if (words) {
     const rows = [...document.querySelectorAll("[data-words]")];
     const search = () => {
@@ -21,7 +21,7 @@ document.addEventListener("DOMContentLoaded", () => {
       byId("search-count").textContent = wanted.length ? `${count} of ${rows.length} operations` : `${rows.length} operations`;
     };
     words.addEventListener("input", search);
-    byId("search").addEventListener("submit", (event) => event.preventDefault());
+    byId("api-search").addEventListener("submit", (event) => event.preventDefault());
     window.addEventListener("pageshow", search); // a page that comes back keeps what was typed
     return;
   }

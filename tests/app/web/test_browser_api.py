@@ -36,13 +36,13 @@ def test_search_shows_the_operations_that_have_all_words(browser, lab):
     with page_of(browser, lab) as page:
         at(page, "/api")
         every = page.evaluate(_SHOWN)
-        page.fill("#search-words", "PREVIEW smoothing")
+        page.fill("#api-words", "PREVIEW smoothing")
         assert 0 < page.evaluate(_SHOWN) < every
         assert page.locator("#post-api-impacts-impact-preview").is_visible()
         assert page.inner_text("#search-count").startswith(f"{page.evaluate(_SHOWN)} of {every}")
-        page.fill("#search-words", "no such words")
+        page.fill("#api-words", "no such words")
         assert page.evaluate(_SHOWN) == 0 and page.locator("#topic-jobs").is_hidden()
-        page.fill("#search-words", "")
+        page.fill("#api-words", "")
         assert page.evaluate(_SHOWN) == every
         page.click("#get-api-impacts a")
         page.wait_for_url("**/operations/get-api-impacts")

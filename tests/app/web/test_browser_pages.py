@@ -99,6 +99,7 @@ def test_keys_alone_reach_everything(browser, lab, address, name):
             "Campaigns",
             "Impacts",
             "Compare",
+            "Explore",
             "Models",
             "Twin",
             "Plans",
