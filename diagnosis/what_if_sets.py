@@ -153,15 +153,15 @@ def _tables(
     single = dict(_single_sets(posterior, conclusion))
     every = [fit for own in choices for fit, _ in own] + list(single.values())
     tables = _by_key(every, predictions)
-    given: set[frozenset[str]] = set()
+    effect_sets: set[frozenset[str]] = set()
     for i in range(len(names_of_path)):
         names = tuple(names_of_path[: i + 1])
-        given.add(frozenset(names))
+        effect_sets.add(frozenset(names))
         last = i == len(names_of_path) - 1
         yield names, whole if last or OTHERS in names else mean_prediction(choices[i], tables)
     for names, fit in single.items():
-        if frozenset(names) not in given:
-            given.add(frozenset(names))
+        if frozenset(names) not in effect_sets:
+            effect_sets.add(frozenset(names))
             yield names, tables[fit.key]
 
 

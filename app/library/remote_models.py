@@ -84,9 +84,9 @@ class RemoteTwin(LaboratoryTwin):
     def _predict(self, shot: DrawnShot) -> ShotPrediction:
         from ..operations.predict.predict import PREDICT
 
-        given = {**_fields(self._options), **_fields(shot)}
+        shot_fields = {**_fields(self._options), **_fields(shot)}
         prediction: ShotPrediction = self._answers.answer(
-            PREDICT, PredictionsRequest.model_construct(set(given), **given)
+            PREDICT, PredictionsRequest.model_construct(set(shot_fields), **shot_fields)
         )
         return prediction
 
@@ -126,8 +126,8 @@ class RemoteTwin(LaboratoryTwin):
                 f"tune on {self._answers.connection.address} takes no {names} of its twin; adopt "
                 "the effects of a diagnosis, or tune where the store is"
             )
-        given = {**own, **_fields(search), **_target_fields(target)}
-        request = Tuning.model_construct(set(given), **given)
+        search_fields = {**own, **_fields(search), **_target_fields(target)}
+        request = Tuning.model_construct(set(search_fields), **search_fields)
         return self._answers.ask(TUNE, request).result(progress=progress)
 
     @raises_library_errors
@@ -135,13 +135,13 @@ class RemoteTwin(LaboratoryTwin):
         """The same twin with further effects, which take the place of those with the same id."""
         added = effects_of(effects, "effects")
         own = {effect.id for effect in added}
-        kept = [
+        effects_in_use = [
             effect
             for effect in effects_of(self._options.effects, "effects")
             if effect.id not in own
         ]
-        given = {**_fields(self._options), "effects": (*kept, *added)}
-        return remote_twin(self._answers, read_arguments(TwinOptions, given))
+        twin_fields = {**_fields(self._options), "effects": (*effects_in_use, *added)}
+        return remote_twin(self._answers, read_arguments(TwinOptions, twin_fields))
 
 
 def remote_twin(answers: ServerAnswers, options: TwinOptions) -> RemoteTwin:

@@ -130,7 +130,7 @@ class ServerConnection:
             written = {} if reads else self._write_headers()
             try:
                 status, kind, content = self._sent(method, target, body, {**headers, **written})
-            except _LOST as error:
+            except _LOST as error:  # a read is asked again after each pause, then it is raised
                 self.close()
                 if pause_s is None or isinstance(error, ssl.SSLError | socket.gaierror):
                     self._raise_lost(error, path, reads)
@@ -203,7 +203,7 @@ class ServerConnection:
     def _json(self, path: str, content: bytes) -> Any:
         try:
             return json.loads(content)
-        except (ValueError, RecursionError):
+        except (ValueError, RecursionError):  # no JSON, or nested without end
             self._raise_other_program(path, "no JSON")
 
     def _result(self, path: str, content: bytes) -> Any:
@@ -305,10 +305,10 @@ def connect(address: str, token: str | None = None) -> ServerConnection:
     query = parse_qs(parts.query)
     if query.keys() - {"token"}:
         raise InvalidValueError(f"{shown!r} has a query; expected http://HOST:PORT")
-    given = token or next(iter(query.get("token", ())), None) or os.environ.get(TOKEN_VARIABLE)
-    if given is not None and not re.fullmatch(r"[\x21-\x7e]+", given.strip()):
+    own_token = token or next(iter(query.get("token", ())), None) or os.environ.get(TOKEN_VARIABLE)
+    if own_token is not None and not re.fullmatch(r"[\x21-\x7e]+", own_token.strip()):
         raise InvalidValueError("token has a character that no header takes; expected plain text")
-    connection = ServerConnection(shown, None if given is None else given.strip())
+    connection = ServerConnection(shown, None if own_token is None else own_token.strip())
     try:
         connection.read("/api/library")
     except BaseException:  # whatever ended it, is raised again

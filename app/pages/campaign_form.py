@@ -180,12 +180,12 @@ def _sources(
         if _unchanged(name, proposed, description)
     }
     if taken:
-        other = store.read(lambda session: bench_of_campaign(session, taken))
+        bench = store.read(lambda session: bench_of_campaign(session, taken))
         for key in BENCH:
-            value = other.value(*key.keys)
+            value = bench.value(*key.keys)
             if value is not None and plain_text(value) == plain_text(description.value(*key.keys)):
                 sources[key.name] = f"campaign {taken} of the store"
-        for channel, facts in (other.value("channels") or {}).items():
+        for channel, facts in (bench.value("channels") or {}).items():
             for key in facts:
                 if facts[key] == description.value("channels", channel, key):
                     sources.setdefault(
@@ -235,21 +235,23 @@ def _sent(job: int, texts: dict[str, list[str]], laboratory: Laboratory, jobs: A
         form = _with_rows(form, texts_of(form.kind, stated))
     description = description_of(form)
     wanted = next(iter(texts.get("then", ())), "check")
-    other = next(iter(texts.get("bench_of", ())), "")
+    other_campaign = next(iter(texts.get("bench_of", ())), "")
     if wanted == "bench":
-        if not other:
+        if not other_campaign:
             raise FieldError("bench_of", "Choose the campaign whose bench it is.")
-        stored_bench = laboratory.store.read(lambda session: bench_of_campaign(session, other))
+        stored_bench = laboratory.store.read(
+            lambda session: bench_of_campaign(session, other_campaign)
+        )
         description = with_bench(description, stored_bench, form.kind)
     _write(description, folder, uploaded=folder_request.path.scratch is not None)
     if wanted in ("bench", "column"):
-        query = f"?bench={other}" if wanted == "bench" else ""
+        query = f"?bench={other_campaign}" if wanted == "bench" else ""
         return RedirectResponse(f"/ingest/forms/{job}{query}", 303)
     if wanted == "read":
-        again = read(
+        check_request = read(
             Description, {"path": folder_request.path, "kind": folder_request.kind}, "stored"
         )
-        return followed(ask_operation(DESCRIBE, again, laboratory, jobs))
+        return followed(ask_operation(DESCRIBE, check_request, laboratory, jobs))
     _refuse_faults(laboratory.store, folder, form)
     path = MachinePath(path=folder_request.path.path, scratch=folder_request.path.scratch, form=job)
     checked = read(FolderIngest, {"path": path, "dry_run": True}, "stored")

@@ -41,7 +41,7 @@ SPECTRA = 6
 def compare(
     request: Request,
     store: OpenStore,
-    where: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006
+    where: Annotated[list[str], Query(max_length=20)] = [],  # noqa: B006  FastAPI copies it
     campaign: str | None = None,
     factor: str = "tip_material",
     normalised: bool = False,

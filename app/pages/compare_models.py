@@ -59,7 +59,7 @@ def compare(
     request: Request,
     store: OpenStore,
     settings: Configured,
-    version: Annotated[list[str], Query()] = [],  # noqa: B006
+    version: Annotated[list[str], Query()] = [],  # noqa: B006  FastAPI copies it
     split: Word = "",
 ) -> Response:
     with models_extra():

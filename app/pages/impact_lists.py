@@ -221,7 +221,7 @@ def _in_si(key: str, text: str) -> float | str:
     """A number in the unit of the page as one in SI; a word as it is."""
     try:
         return float(f"{parse_number(text) / display_of(key).scale:.12g}")
-    except ValueError:
+    except ValueError:  # a level that is a word
         return text
 
 

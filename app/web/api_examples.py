@@ -117,7 +117,7 @@ def _curl(address: str, method: str, media: str, body: Mapping[str, Any]) -> str
     if method == "get":
         return f"curl '{address}'"
     # the name of a shell's variable
-    token = '-b cookies.txt -H "X-CSRF-Token: $TOKEN"'  # noqa: S105
+    token = '-b cookies.txt -H "X-CSRF-Token: $TOKEN"'  # noqa: S105  the name of a variable of the shell
     if media.startswith("multipart/"):
         return f"curl {token} -F 'files=@FILE' '{address}'"
     return f"curl {token} -H 'Content-Type: application/json' -d '{json.dumps(body)}' '{address}'"

@@ -196,10 +196,10 @@ def upload_form() -> dict[str, Any]:
 
 def _kept_for_form(scratch: Path, folder: Path) -> tuple[Path, Path]:
     """An upload under the name of one that stays, and the folder within it."""
-    kept = make_scratch(dry_run=True)
-    kept.rmdir()
-    scratch.rename(kept)
-    return kept, kept / folder.relative_to(scratch)
+    scratch_folder = make_scratch(dry_run=True)
+    scratch_folder.rmdir()
+    scratch.rename(scratch_folder)
+    return scratch_folder, scratch_folder / folder.relative_to(scratch)
 
 
 async def asked_of_upload(

@@ -27,7 +27,7 @@ def number_of(text: str, unit: str) -> float | str:
         return text
     try:
         number = parse_number(match[1])
-    except ValueError:
+    except ValueError:  # the ingest refuses the text with its place
         return text
     stated = (match[2] or "").strip()
     if not stated or stated == unit:
@@ -62,7 +62,7 @@ def outline_of(text: str) -> Any:
         parts = re.split(r"\s*,\s*|\s+", corner.strip())
         try:
             x, y = (float(part) for part in parts)
-        except ValueError:
+        except ValueError:  # the ingest refuses the text with its place
             return text
         corners.append([x, y])
     return corners

@@ -185,10 +185,10 @@ def _correct_campaign(
                 value = parse_date(value, "an ISO date such as 2026-11-01")
             except ValueError as error:
                 raise IngestError(f"{name} is {error}") from error
-        before = getattr(row, key)
-        if value != before:
+        earlier_value = getattr(row, key)
+        if value != earlier_value:
             setattr(row, key, value)
-            changes.append(CorrectedFact(name, ((_text(before), ()),), str(value)))
+            changes.append(CorrectedFact(name, ((_text(earlier_value), ()),), str(value)))
     bench = {name: facts[name] for name in facts if name in OF_BENCH}
     stated = stated_bench(session, row)
     wanted = {stage: dict(part) for stage, part in stated.items()}
@@ -202,10 +202,10 @@ def _correct_campaign(
                 "of materials has"
             )
         value = names(str(value)) if key == "material" else value
-        before = stated.get(stage, {}).get(key)
-        if value != before:
+        earlier_value = stated.get(stage, {}).get(key)
+        if value != earlier_value:
             wanted.setdefault(stage, {})[key] = value
-            changes.append(CorrectedFact(name, ((_text(before), ()),), _text(value) or ""))
+            changes.append(CorrectedFact(name, ((_text(earlier_value), ()),), _text(value) or ""))
     if changes:
         parts = read_bench(_with_modes(row, wanted))
         if any(change.fact in OF_BENCH for change in changes):
@@ -269,10 +269,10 @@ def _correct_runs(
             continue
         own = {level.factor: level for level in stored[configuration]}
         for name, level in levels.items():
-            before = own.get(level.factor)
-            if before is not None and (only_missing or before.label == level.label):
+            earlier_level = own.get(level.factor)
+            if earlier_level is not None and (only_missing or earlier_level.label == level.label):
                 continue
-            earlier[name].setdefault(_cell(before), []).append(hit)
+            earlier[name].setdefault(_cell(earlier_level), []).append(hit)
             own[level.factor] = level
             wanted[hit] = list(own.values())
     if not wanted:

@@ -208,5 +208,5 @@ def test_the_check_of_the_store_names_a_row_of_the_trail_that_was_altered(tmp_pa
         assert pyroshock("db", "check", "--db", url).exit_code == 0
         with store.engine.begin() as connection:
             connection.exec_driver_sql("UPDATE audit_rows SET person = 'eve'")
-    found = pyroshock("db", "check", "--db", url)
-    assert found.exit_code == 1 and "audit_rows" in found.output
+    check_result = pyroshock("db", "check", "--db", url)
+    assert check_result.exit_code == 1 and "audit_rows" in check_result.output

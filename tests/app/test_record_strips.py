@@ -167,8 +167,8 @@ def test_a_finding_of_one_sample_is_as_wide_as_a_sample(store):
 )
 def test_times_of_evidence_are_read_as_the_checks_write_them(evidence, places):
     channel = SimpleNamespace(start_s=START_S, sampling_rate_hz=RATE)
-    found = evidence_places(evidence, channel)
-    assert [(place.start_s, place.stop_s) for place in found] == [
+    read_places = evidence_places(evidence, channel)
+    assert [(place.start_s, place.stop_s) for place in read_places] == [
         pytest.approx(pair) for pair in places
     ]
 

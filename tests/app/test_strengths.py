@@ -75,10 +75,12 @@ def test_velocities_are_ranges_in_their_unit_and_pressures_their_levels(groups):
 
 
 def test_the_sentence_names_the_worst_group_with_both_errors(groups):
-    (said,) = map(str, strength_sentences("m@1", groups))
-    assert f"tip {WRONG} (" in said and " against " in said
+    (sentence_text,) = map(str, strength_sentences("m@1", groups))
+    assert f"tip {WRONG} (" in sentence_text and " against " in sentence_text
     counts = strength_tables(groups)[0].rows[0]
-    assert said.startswith(f"In {counts['within twice the repeatability']} of {counts['groups']} ")
+    assert sentence_text.startswith(
+        f"In {counts['within twice the repeatability']} of {counts['groups']} "
+    )
 
 
 def test_the_picture_marks_the_groups_beyond_twice_the_repeatability(groups):

@@ -107,8 +107,8 @@ def test_each_further_setting_says_what_it_is_better_at() -> None:
     second["merits"] = {"margin_db": 0.5, "band_db": 2.4, "scatter_db": 0.4, "shots": 12,
                         "changes": 1}  # fmt: skip
     data["proposals"] = [first, second]
-    (said,) = choice_sentences(data)
-    assert str(said) == (
+    (sentence_text,) = choice_sentences(data)
+    assert str(sentence_text) == (
         "Setting 2 (4 bar, 0.5 kg, steel tip of 45 mm radius, no anvil, position #1) has a larger "
         "margin at its worst line (0.5 dB against 0.25 dB), shots that were repeated and scatter "
         "by 0.4 dB (standard deviation; the best setting was not repeated), more measured shots "

@@ -92,12 +92,15 @@ def choices(
         if _is_near(own.proposal, first.proposal)
         and (better := _better_at(own.merits, first.merits))
     ]
-    kept: set[int] = set()
+    chosen_rows: set[int] = set()
     for merit in MERITS:
         having = [place for place, own in enumerate(rivals) if merit in own.better_at]
         if having:
-            kept |= {having[0], max(having, key=lambda place: _amount(rivals[place].merits, merit))}
-    return (first, *[rivals[place] for place in sorted(kept)][: most - 1])
+            chosen_rows |= {
+                having[0],
+                max(having, key=lambda place: _amount(rivals[place].merits, merit)),
+            }
+    return (first, *[rivals[place] for place in sorted(chosen_rows)][: most - 1])
 
 
 def _merits(

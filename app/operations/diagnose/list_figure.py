@@ -53,14 +53,14 @@ def listed_error(row: Mapping[str, Any], verdict: Verdict, bench: str) -> Listed
     """A row of `stored.list_diagnoses` with its verdict."""
     tolerance = verdict.gap.tolerance
     scale = 1 / tolerance if tolerance > 0 else math.nan
-    after = verdict.path[-1].after if verdict.path else math.nan
+    remaining_error = verdict.path[-1].after if verdict.path else math.nan
     return ListedError(
         row["id"],
         str(row["diagnosed_at"])[:16].replace("T", " "),
         row["campaign"],
         bench,
         scale * verdict.gap.before,
-        scale * after,
+        scale * remaining_error,
         row["adopted"],
     )
 
@@ -78,11 +78,13 @@ def bench_words(session: Session, campaigns: Sequence[str]) -> dict[str, str]:
             keys[own.name] = (f"hammer, {number(own.hammer.mass_kg)} kg", own.hammer_id)
         else:
             keys[own.name] = (own.kind, None)
-    alike: dict[str, list[int | None]] = {}
+    values_by_bench: dict[str, list[int | None]] = {}
     for words, key in dict.fromkeys(keys.values()):
-        alike.setdefault(words, []).append(key)
+        values_by_bench.setdefault(words, []).append(key)
     return {
-        name: words if len(alike[words]) == 1 else f"{words} ({alike[words].index(key) + 1})"
+        name: words
+        if len(values_by_bench[words]) == 1
+        else f"{words} ({values_by_bench[words].index(key) + 1})"
         for name, (words, key) in keys.items()
     }
 
@@ -124,28 +126,28 @@ def _names(rows: Sequence[ListedError]) -> tuple[str, ...]:
 def _of_bench(bench: str, place: int, rows: Sequence[tuple[int, ListedError]]) -> list[PlotSeries]:
     x = as_floats([k for k, _ in rows])
     campaigns = tuple(row.campaign for _, row in rows)
-    before = as_floats([row.before for _, row in rows])
-    after = as_floats([row.after for _, row in rows])
+    errors_before = as_floats([row.before for _, row in rows])
+    errors_after = as_floats([row.after for _, row in rows])
     points: list[PlotSeries] = [
         LineSeries(
             name=bench,
             detail="nominal model",
             role=category(place),
             x=x,
-            y=before,
+            y=errors_before,
             marks=True,
             width=1.2,
             labels=campaigns,
         )
     ]
-    if np.isfinite(after).any():
+    if np.isfinite(errors_after).any():
         points.append(
             PointSeries(
                 name=bench,
                 detail="with the effects, held out",
                 role=category(place),
                 x=x,
-                y=after,
+                y=errors_after,
                 filled=False,
                 labels=campaigns,
             )

@@ -237,14 +237,14 @@ def _computed_only(verdict: Verdict, names: Sequence[str]) -> Sequence[str]:
 def lacks(verdict: Verdict) -> list[str]:
     """What a diagnosis does not hold, because an earlier version made it or because its campaign
     does not allow it; each a sentence."""
-    again = f"diagnose again (pyroshock diagnose {verdict.campaign})"
+    advice = f"diagnose again (pyroshock diagnose {verdict.campaign})"
     sentences = []
     if not verdict.effects:
-        sentences.append(f"It holds no shares of effects and no path of the error: {again}.")
+        sentences.append(f"It holds no shares of effects and no path of the error: {advice}.")
     if verdict.what_if is None:
         sentences.append(
             "It was made by an earlier version and holds no residuals of single runs, no errors "
-            f"with other sets of effects and no errors by settings: {again}."
+            f"with other sets of effects and no errors by settings: {advice}."
         )
     elif not verdict.what_if.sets:
         sentences.append(

@@ -128,10 +128,12 @@ def residual_figures(
     place = _places(verdict.what_if.runs)
     labels = tuple(point.words for point in points)
     for i, item in enumerate(_items(verdict)):
-        after = None if shown is None else shown.residuals[i]
-        if after is None and verdict.what_if.sets:
-            after = np.full(len(item.before), np.nan)  # a place for the sets that can be ticked
-        yield _figure(item, after, place, labels)
+        residuals_after = None if shown is None else shown.residuals[i]
+        if residuals_after is None and verdict.what_if.sets:
+            residuals_after = np.full(
+                len(item.before), np.nan
+            )  # a place for the sets that can be ticked
+        yield _figure(item, residuals_after, place, labels)
 
 
 def _places(runs: Sequence[RunName]) -> Floats:

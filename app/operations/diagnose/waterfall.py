@@ -97,11 +97,15 @@ def waterfall_rows(verdict: Verdict, levels: Sequence[Level]) -> tuple[BarRow, .
     sizes = [gap.before, gap.noise_floor, *(level.after for level in levels)]
     if not gap.tolerance > 0 or not all(map(math.isfinite, sizes)):
         return ()
-    before, noise = gap.before / gap.tolerance, gap.noise_floor / gap.tolerance
+    nominal_error, noise = gap.before / gap.tolerance, gap.noise_floor / gap.tolerance
     ends = None if verdict.what_if is None else verdict.what_if.before_ci90
     interval = None if ends is None else (ends[0] / gap.tolerance, ends[1] / gap.tolerance)
-    rows = [BarRow("nominal model", _sized(before, interval), 0.0, before, _ERROR, interval)]
-    level_before = before
+    rows = [
+        BarRow(
+            "nominal model", _sized(nominal_error, interval), 0.0, nominal_error, _ERROR, interval
+        )
+    ]
+    level_before = nominal_error
     for level in levels:
         role = ColourRole.CAUSE if level.after <= level_before else _ERROR
         name = f"+ {join_words([added_words(name) for name in level.added])}"

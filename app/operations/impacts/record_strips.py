@@ -121,10 +121,10 @@ def _merged(whole: SignalWindow, near: SignalWindow | None) -> tuple[Floats, Flo
     record."""
     if near is None or not near.time_s.size:
         return whole.time_s, whole.values
-    before = whole.time_s < near.time_s[0]
-    after = whole.time_s > near.time_s[-1]
-    parts = [(whole.time_s[before], whole.values[before]), (near.time_s, near.values)]
-    parts.append((whole.time_s[after], whole.values[after]))
+    is_earlier = whole.time_s < near.time_s[0]
+    is_later = whole.time_s > near.time_s[-1]
+    parts = [(whole.time_s[is_earlier], whole.values[is_earlier]), (near.time_s, near.values)]
+    parts.append((whole.time_s[is_later], whole.values[is_later]))
     times, values = zip(*parts, strict=True)
     return np.concatenate(times), np.concatenate(values)
 

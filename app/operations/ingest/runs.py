@@ -178,11 +178,11 @@ class DiscardedRecording(RemovedPart):
 
     def notes(self) -> Sequence[str]:
         """What went, what stood on it, and how it is stored again."""
-        again = (
+        advice = (
             f"  to bring it back: pyroshock runs restore {self.stone['campaign']} "
             f"{self.stone['recording']}"
         )
-        return (*super().notes(), *(() if self.dry_run else (again,)))
+        return (*super().notes(), *(() if self.dry_run else (advice,)))
 
 
 def _discard(request: RunDiscard, laboratory: Laboratory, _: Progress) -> DiscardedRecording:

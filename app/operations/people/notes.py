@@ -186,8 +186,8 @@ def _list(request: NoteQuestion, laboratory: Laboratory, _: Progress) -> NoteRow
             notes = notes_on(session, subject)[::-1][:limit]
         else:
             notes = recent_notes(session, limit, request.before)
-    kept = [note for note in notes if request.about in (None, note.subject.kind)]
-    return NoteRows([note.to_json() for note in kept], "no notes yet")
+    listed_notes = [note for note in notes if request.about in (None, note.subject.kind)]
+    return NoteRows([note.to_json() for note in listed_notes], "no notes yet")
 
 
 NOTE_LIST: Operation[NoteQuestion, NoteRows] = Operation(

@@ -90,8 +90,8 @@ def test_settings_are_those_of_the_service(
     session = session_of(store.store, store.url, target, search, TwinRequest(contact="hertz"))
     expected = session.run()
     assert tuned.to_json() == [
-        proposal_json(each.proposal, rank) | each.as_json()
-        for rank, each in enumerate(expected.choices, 1)
+        proposal_json(choice.proposal, rank) | choice.as_json()
+        for rank, choice in enumerate(expected.choices, 1)
     ]
     assert tuned.sentence == " ".join(map(str, answer_sentences(tuned.job_data())))
     assert tuned.sentence.startswith(

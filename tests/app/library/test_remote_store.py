@@ -192,10 +192,10 @@ def test_a_plan_is_made_as_a_job_and_comes_back_whole(pair: Pair) -> None:
     local, remote = pair
     made = remote.plan.factorial("by-job", kind="hammer", repetitions=1, seed=2, progress=False)
     assert_same(local.plan.open("by-job").to_frame(), made.to_frame())
-    with pytest.raises(ps.InvalidValueError) as again:
+    with pytest.raises(ps.InvalidValueError) as refusal:
         remote.plan.factorial("by-job", kind="hammer", progress=False)
     assert (
-        str(again.value)
+        str(refusal.value)
         == outcome(lambda s: s.plan.factorial("by-job", kind="hammer", progress=False), local)[1]
     )
 
@@ -270,9 +270,9 @@ def test_a_folder_of_nobody_is_refused_as_the_server_refuses_it(pair: Pair) -> N
 def test_what_stays_on_the_server_says_so(pair: Pair) -> None:
     _, remote = pair
     with pytest.raises(AttributeError, match="the server's alone"):
-        remote.store  # noqa: B018
+        remote.store  # noqa: B018  the property itself is refused
     with pytest.raises(AttributeError, match="built on http"):
-        remote.twin(campaign=GUN).built  # noqa: B018
+        remote.twin(campaign=GUN).built  # noqa: B018  the property itself is refused
 
 
 # --- the server is another, or gone
@@ -450,7 +450,7 @@ def test_samples_are_numbers_and_nothing_else(content: bytes) -> None:
         ps.open(address) as store,
         pytest.raises(ps.StorageError, match=r"no array of numbers|has sent"),
     ):
-        store._samples(1, 0, 1)  # type: ignore[attr-defined]
+        store._samples(1, 0, 1)  # type: ignore[attr-defined]  # of the remote store alone
 
 
 def test_a_plan_of_a_server_writes_no_file_but_the_one_that_is_named(
@@ -505,7 +505,7 @@ def test_a_job_is_waited_for_while_its_server_is_killed_and_started_anew(tmp_pat
 def _listens(port: int) -> bool:
     try:
         socket.create_connection(("127.0.0.1", port), 1).close()
-    except OSError:
+    except OSError:  # nobody listens
         return False
     return True
 

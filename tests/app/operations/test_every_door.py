@@ -503,11 +503,11 @@ def test_a_request_gives_the_same_answer_at_every_door(
         works = sent_on and declared.long
         with window(url, works=works, folders=(tmp_path,)) as (client, store):
             prepare(name, store, url, campaign)
-            before = operations_in_trail(store)
+            operations_before = operations_in_trail(store)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
             with store.reading() as session:
                 assert_counts_kept(session)
-            added = operations_in_trail(store)[len(before) :]
+            added = operations_in_trail(store)[len(operations_before) :]
             assert set(added) <= {name}, "one request is one operation of the trail"
             if (name in CHANGES_NO_ROW and not works) or not declared.changes:
                 assert added == []

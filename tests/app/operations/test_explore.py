@@ -315,5 +315,5 @@ def test_a_request_is_read_from_what_a_view_and_an_address_keep_of_it(fields):
     assert read(Exploration, stored, "stored") == request
     texts = texts_of(request)
     values = {name: stored[name] if name == "where" else texts[name] for name in texts}
-    again = read(Exploration, values, "network")
-    assert again == request and text_of(again.select_x) == text_of(request.select_x)
+    read_request = read(Exploration, values, "network")
+    assert read_request == request and text_of(read_request.select_x) == text_of(request.select_x)

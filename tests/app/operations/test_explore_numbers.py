@@ -234,8 +234,8 @@ def test_a_thinned_line_keeps_both_ends_of_the_values(values):
     places = thin_line(values, 100)
     assert places.size <= max(102, min(values.size, 100))
     assert np.all(np.diff(places) > 0)
-    kept = values[places]
-    assert (kept.min(), kept.max()) == (values.min(), values.max())
+    drawn_values = values[places]
+    assert (drawn_values.min(), drawn_values.max()) == (values.min(), values.max())
     furthest = values[thin_outliers(values, 10)]
     assert {values.min(), values.max()} & set(furthest.tolist())
 

@@ -108,13 +108,13 @@ def test_a_post_that_reads_stores_nothing(tmp_path: Path) -> None:
         },
     }
     with window(sqlite(tmp_path), works=False) as (client, store):
-        before = count_rows(store)
+        rows_before = count_rows(store)
         for name, body in bodies.items():
             declared = operation(name)
             _, address = declared.route or ("POST", f"/{name}")
             answer = post_json(client, f"/api{address}", body)
             assert answer.status_code == 200, answer.text
-        assert count_rows(store) == before
+        assert count_rows(store) == rows_before
     assert set(bodies) < READING_POSTS
 
 

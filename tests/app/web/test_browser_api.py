@@ -64,6 +64,7 @@ def test_a_read_is_sent_at_once_and_its_answer_can_be_folded(browser, lab):
         first = tree.locator("> details").first
         assert first.locator(".api-leaf").count() == 0  # what is folded is not made
         first.locator("> summary").click()
+        first.locator(".api-leaf").first.wait_for()  # a browser tells of the unfolding afterwards
         assert f"id: {answer[0]['id']}" in first.inner_text()
         assert not page.evaluate(_SCROLLS)
 

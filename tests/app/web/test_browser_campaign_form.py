@@ -119,10 +119,10 @@ def test_a_hammer(browser, lab, tmp_path, capsys):
         person.fill("Radius of the tip (mm), all runs", "30")
         verdict = checked_and_stored(person, "spring")
         assert "Nothing is stored yet" in verdict
-        told = person.told("hammer, 3 recordings")
+        counts = person.told("hammer, 3 recordings")
     assert counted(lab, "spring", Impact) == 6
     with capsys.disabled():
-        print(f"\n{told}")
+        print(f"\n{counts}")
 
 
 def test_a_gun(browser, lab, tmp_path, capsys):
@@ -166,13 +166,13 @@ def test_a_gun(browser, lab, tmp_path, capsys):
         person.fill("Material of the plate, all runs", "aluminum")
         person.fill("Length of the projectile (mm), all runs", "85")
         checked_and_stored(person, "autumn")
-        told = person.told("gun, 3 recordings, 8 channels")
+        counts = person.told("gun, 3 recordings, 8 channels")
     assert counted(lab, "autumn", Shot) == 3
     with lab.reading() as session:
         row = session.scalars(select(Campaign).where(Campaign.name == "autumn")).one()
         assert row.gun is not None and row.gun.travel_m == 0.885
     with capsys.disabled():
-        print(f"\n{told}")
+        print(f"\n{counts}")
 
 
 def test_a_gun_on_the_same_bench_takes_it_from_the_store(browser, lab, tmp_path, capsys):
@@ -192,12 +192,12 @@ def test_a_gun_on_the_same_bench_takes_it_from_the_store(browser, lab, tmp_path,
         person.fill("Pressure of the tank (bar), all runs", "0.387")
         person.fill("Length of the projectile (mm), all runs", "85")
         checked_and_stored(person, "winter")
-        told = person.told("gun again, 2 recordings, bench of another campaign")
+        counts = person.told("gun again, 2 recordings, bench of another campaign")
     with lab.reading() as session:
         guns = set(session.scalars(select(Campaign.gun_id).where(Campaign.kind == "gun")))
         assert len(guns) == 1  # the very same bench
     with capsys.disabled():
-        print(f"\n{told}")
+        print(f"\n{counts}")
 
 
 def test_a_plate(browser, lab, tmp_path, capsys):
@@ -216,12 +216,12 @@ def test_a_plate(browser, lab, tmp_path, capsys):
         person.fill("Thickness of the plate (m)", "10 mm")
         person.fill("Outline of the plate (m)", "600 mm x 400 mm")
         checked_and_stored(person, "plate")
-        told = person.told("plate, 1 recording")
+        counts = person.told("plate, 1 recording")
     with lab.reading() as session:
         row = session.scalars(select(Campaign).where(Campaign.name == "plate")).one()
         assert row.plate is not None and row.plate.thickness_m == 0.01 and row.hammer is None
     with capsys.disabled():
-        print(f"\n{told}")
+        print(f"\n{counts}")
 
 
 def test_what_is_missing_stands_beside_its_field(browser, lab, tmp_path):

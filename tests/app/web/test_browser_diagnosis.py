@@ -124,11 +124,13 @@ def test_ticked_effects_show_the_error_that_the_library_computed(browser, lab):
             for name in page.locator("#what-if input[name=with_effects]").all():
                 name.set_checked(name.input_value() in names)
             own = computed.find(frozenset(names))
-            after = own.after / tolerance if own is not None else None
-            wait_for_level(page, after)
+            error_after = own.after / tolerance if own is not None else None
+            wait_for_level(page, error_after)
             ends = bar_ends(page)
             assert ends["nominal model"] == pytest.approx(verdict.gap.before / tolerance, rel=1e-5)
-            assert ends.get("what remains") == (after and pytest.approx(after, rel=1e-5))
+            assert ends.get("what remains") == (
+                error_after and pytest.approx(error_after, rel=1e-5)
+            )
             points = next(
                 own for own in drawn(page, "residuals") if own["name"] == "with the effects"
             )
@@ -222,15 +224,15 @@ def test_each_number_of_the_sentences_stands_in_a_table_or_in_a_figure(browser, 
     with page_of(browser, lab, **SCREEN) as page:
         at(page, f"/diagnoses/{key}")
         page.evaluate("document.querySelectorAll('details').forEach(d => d.open = true)")
-        said: set[str] = set()
+        numbers: set[str] = set()
         for text in page.locator("#sentence, #sentences li, #next-steps li, #next-runs li").all():
-            said |= numbers_in(text.inner_text())
+            numbers |= numbers_in(text.inner_text())
         shown: set[str] = set()
         for cell in page.locator("table td, table th").all_inner_texts():
             shown |= numbers_in(cell)
         for data in page.locator("script[type='application/json']").all_text_contents():
             shown |= figure_numbers(json.loads(data)) if data.strip() else set()
-        assert said and said <= shown, said - shown
+        assert numbers and numbers <= shown, numbers - shown
         assert "123.45" not in shown
 
 

@@ -87,14 +87,14 @@ def test_rows_of_the_table_are_exactly_those_within_the_rectangle(browser, lab, 
         mark = page.locator(".brush").bounding_box()
         at(page, address)
         assert listed(page) == rows and dict(page.evaluate(_SELECTED)) == selected
-        again = page.locator(".brush").bounding_box()
+        second_box = page.locator(".brush").bounding_box()
     low_s, high_s = sorted((xa / 1e3, xb / 1e3))
     low_n, high_n = sorted((ya * 1e3, yb * 1e3))
     inside = (time_s >= low_s) & (time_s <= high_s) & (force_n >= low_n) & (force_n <= high_n)
     assert rows == impact[inside].tolist() and int(count) == inside.sum()
     assert 0 < inside.sum() < impact.size
-    assert again["width"] == pytest.approx(mark["width"], abs=1.5)
-    assert again["height"] == pytest.approx(mark["height"], abs=1.5)
+    assert second_box["width"] == pytest.approx(mark["width"], abs=1.5)
+    assert second_box["height"] == pytest.approx(mark["height"], abs=1.5)
 
 
 def test_a_zoomed_and_a_logarithmic_chart_select_what_they_show(browser, lab):

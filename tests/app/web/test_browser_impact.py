@@ -119,9 +119,9 @@ def test_one_cursor_goes_through_all_channels_and_says_the_stored_values(browser
                 near = values[np.abs(times - time_ms) <= 1.5 * SAMPLE_MS] * SCALES[cursor["unit"]]
                 (shown,) = numbers_of(cursor["words"])
                 assert np.abs(near - shown).min() <= 1e-3 * abs(shown) + 1e-9, cursor
-            told = page.inner_text("#channels .time")
-            assert numbers_of(told)[0] == pytest.approx(time_ms, abs=2 * SAMPLE_MS)
-            assert "contact begins" in told
+            readout = page.inner_text("#channels .time")
+            assert numbers_of(readout)[0] == pytest.approx(time_ms, abs=2 * SAMPLE_MS)
+            assert "contact begins" in readout
 
 
 def test_keys_alone_move_the_cursor_through_all_channels(browser, lab):
@@ -129,10 +129,10 @@ def test_keys_alone_move_the_cursor_through_all_channels(browser, lab):
         opened(page, a_shot(lab))
         page.locator("#channels .canvas").first.focus()
         page.keyboard.press("ArrowRight")
-        before = page.evaluate(CURSORS)
+        first_cursors = page.evaluate(CURSORS)
         page.keyboard.press("ArrowRight")
-        after = page.evaluate(CURSORS)
-        assert all(b["line"] < a["line"] for b, a in zip(before, after, strict=True))
+        moved_cursors = page.evaluate(CURSORS)
+        assert all(b["line"] < a["line"] for b, a in zip(first_cursors, moved_cursors, strict=True))
         spoken = page.locator("#channels .unseen[role=status]").inner_text()
         assert spoken.count(";") == 7 and "force_1" in spoken
 

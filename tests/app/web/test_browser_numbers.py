@@ -27,7 +27,7 @@ PATIENCE_MS = 300_000
 
 
 def numbers_of(text: str) -> list[str]:
-    return [found.replace(",", "") for found in NUMBER.findall(text)]
+    return [number_text.replace(",", "") for number_text in NUMBER.findall(text)]
 
 
 def numbers_in(data: Any) -> Iterator[float]:
@@ -57,8 +57,8 @@ def rounds_to(shown: str, value: float) -> bool:
 
 def unfounded(page: Any, sentences: str) -> dict[str, str]:
     """Number -> the sentence that says it, of the numbers that stand nowhere else on the page."""
-    said = [text for text in page.locator(sentences).all_text_contents() if text.strip()]
-    assert said, f"no sentence at {sentences}"
+    sentence_texts = [text for text in page.locator(sentences).all_text_contents() if text.strip()]
+    assert sentence_texts, f"no sentence at {sentences}"
     tables = " ".join(page.locator(DATA).all_text_contents())
     pictures = page.locator("script[type='application/json']").all_text_contents()
     values = {float(number) for number in numbers_of(tables)}
@@ -68,7 +68,7 @@ def unfounded(page: Any, sentences: str) -> dict[str, str]:
     texts = set(numbers_of(tables))
     return {
         number: " ".join(sentence.split())
-        for sentence in said
+        for sentence in sentence_texts
         for number in numbers_of(sentence)
         if number not in texts and not any(rounds_to(number, value) for value in values)
     }

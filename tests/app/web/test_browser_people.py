@@ -81,8 +81,10 @@ def test_pages_of_people_are_read_by_everyone_at_any_width(browser: Any, lab: La
             for scheme in ("light", "dark"):
                 page.emulate_media(color_scheme=scheme)
                 page.set_viewport_size({"width": 1280, "height": 900})
-                found = Axe().run(page, options=RULES)
-                assert found.violations_count == 0, f"{address} {found.generate_report()}"
+                axe_results = Axe().run(page, options=RULES)
+                assert axe_results.violations_count == 0, (
+                    f"{address} {axe_results.generate_report()}"
+                )
                 for width in (390, 1400):
                     page.set_viewport_size({"width": width, "height": 844})
                     until(lambda: not page.evaluate(_SCROLLS), 10)

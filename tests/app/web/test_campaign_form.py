@@ -51,22 +51,26 @@ class _Controls(HTMLParser):
         self._area = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = {key: value or "" for key, value in attrs}
+        attributes = {key: value or "" for key, value in attrs}
         if tag == "form":
-            self._inside = given.get("id") == self._form
+            self._inside = attributes.get("id") == self._form
         if not self._inside:
             return
-        if tag == "input" and given.get("type") in ("checkbox", "radio") and "checked" not in given:
+        if (
+            tag == "input"
+            and attributes.get("type") in ("checkbox", "radio")
+            and "checked" not in attributes
+        ):
             return
-        if tag == "input" and given.get("name"):
-            self.values.setdefault(given["name"], []).append(given.get("value", ""))
+        if tag == "input" and attributes.get("name"):
+            self.values.setdefault(attributes["name"], []).append(attributes.get("value", ""))
         if tag == "select":
-            self._select = given["name"]
+            self._select = attributes["name"]
             self.values[self._select] = [""]
-        if tag == "option" and self._select and "selected" in given:
-            self.values[self._select] = [given.get("value", "not used")]
+        if tag == "option" and self._select and "selected" in attributes:
+            self.values[self._select] = [attributes.get("value", "not used")]
         if tag == "textarea":
-            self._area = given["name"]
+            self._area = attributes["name"]
             self.values[self._area] = [""]
 
     def handle_data(self, data: str) -> None:

@@ -61,9 +61,10 @@ def lab(rgb: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("kind", BLINDNESS)
 def test_all_eight_colours_are_told_apart(scheme: str, kind: str) -> None:
     colours = schemes()[scheme]
-    seen = {name: lab(BLINDNESS[kind] @ linear(colours[name])) for name in COLOURS}
+    perceived_colours = {name: lab(BLINDNESS[kind] @ linear(colours[name])) for name in COLOURS}
     nearest = min(
-        (float(np.linalg.norm(seen[a] - seen[b])), a, b) for a, b in combinations(seen, 2)
+        (float(np.linalg.norm(perceived_colours[a] - perceived_colours[b])), a, b)
+        for a, b in combinations(perceived_colours, 2)
     )
     assert nearest[0] > 15, nearest  # 2.3 is just noticeable
 

@@ -45,9 +45,9 @@ def test_rows_of_several_splits_are_compared_by_split(two_splits: Lab) -> None:
     page = compared(two_splits, *REPETITIONS, *CONFIGURATIONS)
     assert "held-out pulses of the split configurations" in page
     assert ticked(page) == {*REPETITIONS, *CONFIGURATIONS}
-    other = re.search(r'id="other-split-1">.*?href="([^"]*)"', page, re.DOTALL)
-    assert other is not None
-    page = two_splits.client.get(unescape(other[1])).text
+    other_split = re.search(r'id="other-split-1">.*?href="([^"]*)"', page, re.DOTALL)
+    assert other_split is not None
+    page = two_splits.client.get(unescape(other_split[1])).text
     assert "held-out pulses of the split repetitions" in page and ticked(page) == {*REPETITIONS}
 
 
@@ -65,9 +65,9 @@ def test_two_versions_stand_pulse_by_pulse_with_their_configurations(two_splits:
     pulses, *verdicts = json.loads(data[1])["series"]
     rows = page.partition('id="configurations"')[2].partition("</table>")[0].count("<tr>") - 1
     assert sum(len(own["x"]) for own in verdicts) == rows > 0
-    said = re.search(r"on (\d+) of (\d+) pulses", page)
-    assert said is not None and int(said[2]) == len(pulses["x"])
-    assert int(said[1]) == sum(value < 0 for value in pulses["y"])
+    counts = re.search(r"on (\d+) of (\d+) pulses", page)
+    assert counts is not None and int(counts[2]) == len(pulses["x"])
+    assert int(counts[1]) == sum(value < 0 for value in pulses["y"])
     assert page.index('id="paired"') < page.index('id="sentences"')  # see first, read second
 
 

@@ -172,8 +172,8 @@ def test_ticked_effects_have_the_error_that_was_computed_with_exactly_these(
     assert waterfall_of(data_of(page, "waterfall-data")) == whole
     shown = data_of(page, "residuals-all")
     for own, figure in zip(answer["residuals"], shown, strict=True):
-        after = own["after"] or [None] * 12
-        assert figure["series"][-1]["y"] == after and figure["series"][-1]["name"] == (
+        values_after = own["after"] or [None] * 12
+        assert figure["series"][-1]["y"] == values_after and figure["series"][-1]["name"] == (
             "with the effects"
         )
         assert figure["y"]["limits"] == own["limits"]

@@ -94,8 +94,8 @@ def test_what_cannot_be_drawn_is_said_beside_its_field(
     filled: Lab, query: str, status: int, field: str, words: str
 ) -> None:
     text = page(filled, f"/explore?{query}", status)
-    told = re.search(rf'id="{field}-error" role="alert">(.*?)</span>', text, re.DOTALL)
-    assert told and words in told[1]
+    error_text = re.search(rf'id="{field}-error" role="alert">(.*?)</span>', text, re.DOTALL)
+    assert error_text and words in error_text[1]
     assert 'id="explore-form"' in text
 
 
@@ -158,16 +158,19 @@ def test_a_view_is_saved_opened_renamed_deleted_and_restored(filled: Lab) -> Non
     # the address of a view takes further fields
     assert "<strong>" in page(filled, f"{address}&select_y=0:1e9")
 
-    again = post(filled.client, "/explore/views", fields, headers=FORM)
-    assert again.json()["faults"][0]["field"] == "name" and "already" in again.text
+    second_answer = post(filled.client, "/explore/views", fields, headers=FORM)
+    assert second_answer.json()["faults"][0]["field"] == "name" and "already" in second_answer.text
     renamed = post(filled.client, "/explore/views/force%20&%20tip/rename", {"new_name": "by tip"})
     assert parse_qs(urlsplit(renamed.headers["location"]).query)["view"] == ["by tip"]
     listed = filled.client.get("/api/views").json()
     assert [view["name"] for view in listed] == ["by tip"]
     assert listed[0]["request"]["where"] == ["peak_force_n>1", "run<4"]
 
-    told = page(filled, "/explore/views/by%20tip/delete")
-    assert "levels of impacts: peak_force_n, tip_material" in told and "All stored rows." in told
+    deletion_page = page(filled, "/explore/views/by%20tip/delete")
+    assert (
+        "levels of impacts: peak_force_n, tip_material" in deletion_page
+        and "All stored rows." in deletion_page
+    )
     assert len(filled.client.get("/api/views").json()) == 1, "asking deletes nothing"
     deleted = post(filled.client, "/explore/views/by%20tip/delete")
     assert deleted.headers["location"] == "/explore#deleted-views"
@@ -192,10 +195,10 @@ def test_a_view_that_replaces_another_can_be_taken_back(filled: Lab) -> None:
 
 
 def test_a_view_that_cannot_be_drawn_is_not_saved(filled: Lab) -> None:
-    before = filled.rows()
+    rows_before = filled.rows()
     refused = post_json(filled.client, "/api/views", {"name": "bad", "x": "tip_material"})
     assert refused.status_code == 422 and "whose values are words" in refused.text
-    assert filled.added(before) == {}
+    assert filled.added(rows_before) == {}
 
 
 def test_a_name_is_shown_as_it_is_and_not_as_markup(filled: Lab) -> None:

@@ -91,8 +91,12 @@ def test_a_dataset_and_its_models_say_that_a_fact_was_corrected(lab: Lab) -> Non
 
     build_snapshot(lab.store, "pulses", ["spring"])
     assert "rests on the earlier value" not in lab.client.get("/datasets/pulses").text
-    again = {"facts": {"tip_radius_mm": "45"}, "run": [2], "reason": "the label was wrong"}
-    answer = post_json(lab.client, "/api/campaigns/spring/facts", again).json()
+    second_correction = {
+        "facts": {"tip_radius_mm": "45"},
+        "run": [2],
+        "reason": "the label was wrong",
+    }
+    answer = post_json(lab.client, "/api/campaigns/spring/facts", second_correction).json()
     assert answer["corrected"][0]["earlier"] == "30 (2)"
     assert any(line.startswith("dataset pulses") for line in answer["stands_on"])
     page = lab.client.get("/datasets/pulses").text

@@ -17,7 +17,7 @@ def pictures_of(lab: Lab) -> list[str]:
     """The ids of the pictures on the page, in their order."""
     text = lab.client.get("/").text.partition('id="pictures"')[2].partition("<details")[0]
     ids = [part.partition('"')[0] for part in text.split(' id="')[1:]]
-    return [each for each in ids if not each.endswith("-data")]
+    return [picture_id for picture_id in ids if not picture_id.endswith("-data")]
 
 
 def arrange(lab: Lab, *pictures: str) -> Any:

@@ -108,11 +108,11 @@ def test_a_tunings_page_is_drawn_from_the_store(
         "bench limit", "The bench refuses all of 648 settings.", 0.0, 1e4, -np.inf, ("closed",)
     )
     refusal = Attainability(0.0, 0.5, 0, 0, "every line lies within tolerance", obstacle)
-    found = SimpleNamespace(proposals=[], choices=[], avoid=[], attainability=refusal)
+    search_result = SimpleNamespace(proposals=[], choices=[], avoid=[], attainability=refusal)
     session = SimpleNamespace(
         goal=goal,
         notes=("learned from none",),
-        run=lambda step: found,
+        run=lambda step: search_result,
         answering=TwinRequest(),
     )
     monkeypatch.setattr("pyroshock.app.operations.tune.session.session_of", lambda *_: session)

@@ -17,8 +17,8 @@ pytestmark = pytest.mark.timeout(300)
 def figure(page: str, name: str) -> dict[str, Any]:
     data = re.search(rf'id="{name}-data">(.*?)</script>', page, re.DOTALL)
     assert data is not None, name
-    found: dict[str, Any] = json.loads(data[1])
-    return found
+    figure: dict[str, Any] = json.loads(data[1])
+    return figure
 
 
 def test_what_it_is_good_for_stands_before_everything_else(filled: Lab) -> None:

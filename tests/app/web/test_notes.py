@@ -106,14 +106,14 @@ def test_an_edit_keeps_the_earlier_text_and_a_withdrawal_the_note(lab: Laborator
 
 def test_a_note_of_another_is_neither_changed_nor_withdrawn(lab: Laboratory) -> None:
     key = write(lab.browser("olaf"), "campaign", "spring", "mine").json()["note"]
-    other = lab.browser("otto")
+    other_browser = lab.browser("otto")
     for address, body in (
         (f"/api/notes/{key}", {"text": "yours"}),
         (f"/api/notes/{key}", {"text": "yours", "author": "olaf"}),
         (f"/api/notes/{key}/withdraw", {"reason": "no"}),
     ):
-        assert post_json(other, address, body).status_code in (403, 422)
-    assert post(other, f"/notes/{key}", {"text": "yours"}).status_code == 403
+        assert post_json(other_browser, address, body).status_code in (403, 422)
+    assert post(other_browser, f"/notes/{key}", {"text": "yours"}).status_code == 403
     administrator = lab.browser("ada")
     assert post_json(administrator, f"/api/notes/{key}", {"text": "no"}).status_code == 403
     withdrawal = post_json(administrator, f"/api/notes/{key}/withdraw", {"reason": "wrong"})
@@ -123,14 +123,14 @@ def test_a_note_of_another_is_neither_changed_nor_withdrawn(lab: Laboratory) -> 
 def test_a_reader_writes_nothing(lab: Laboratory) -> None:
     client = lab.browser("rita")
     with lab.store.reading() as session:
-        before = session.scalar(select(func.count()).select_from(Note))
+        count_before = session.scalar(select(func.count()).select_from(Note))
     assert write(client, "campaign", "spring", "x").status_code == 403
     tag = {"about": "campaign", "subject": "spring", "tag": "x"}
     assert post_json(client, "/api/tags", tag).status_code == 403
     assert post(client, "/tags", tag).status_code == 403
     assert post(client, "/filters", {"name": "x", "address": "/impacts"}).status_code == 403
     with lab.store.reading() as session:
-        assert session.scalar(select(func.count()).select_from(Note)) == before
+        assert session.scalar(select(func.count()).select_from(Note)) == count_before
 
 
 def test_a_tag_filters_impacts_at_every_door(lab: Laboratory) -> None:
@@ -160,17 +160,17 @@ def test_a_tag_is_one_word(lab: Laboratory, word: str) -> None:
 def test_a_saved_filter_is_an_address_of_this_server_and_its_authors_to_delete(
     lab: Laboratory,
 ) -> None:
-    client, other = lab.browser("olaf"), lab.browser("otto")
+    client, other_browser = lab.browser("olaf"), lab.browser("otto")
     body = {"name": "hard", "address": "http://lab:8000/impacts?where=peak_force_n%3E1"}
     assert post_json(client, "/api/filters", body).status_code == 200
     assert post_json(client, "/api/filters", body).status_code == 422  # the name is taken
-    assert 'href="/impacts?where=peak_force_n%3E1"' in other.get("/notes").text
+    assert 'href="/impacts?where=peak_force_n%3E1"' in other_browser.get("/notes").text
     for address in ("javascript:alert(1)", "//evil.example/x", "/\\evil.example", "evil", "/a b"):
         bad = {"name": "bad", "address": address}
         assert post_json(client, "/api/filters", bad).status_code == 422
-    assert post(other, "/filters/hard/delete").status_code == 403
+    assert post(other_browser, "/filters/hard/delete").status_code == 403
     assert post(client, "/filters/hard/delete").status_code == 303
-    assert "hard" not in other.get("/notes").text
+    assert "hard" not in other_browser.get("/notes").text
 
 
 def test_a_note_stays_while_its_campaign_is_archived_and_is_there_again(

@@ -747,11 +747,13 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
         likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
         choice = SimpleNamespace(proposal=row, as_json=dict)
-        found = SimpleNamespace(proposals=[row], choices=[choice], avoid=[], attainability=likely)
+        search_result = SimpleNamespace(
+            proposals=[row], choices=[choice], avoid=[], attainability=likely
+        )
 
         def run(step: Any) -> Any:
             step(1, 1, "found")
-            return found
+            return search_result
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=run, answering=twin)
 

@@ -266,20 +266,20 @@ def test_a_forged_session_opens_nothing(lab: Laboratory) -> None:
     client = lab.browser(ADA)
     own = client.cookies[SESSION]
     for forged in ("", "ada", own[:-1], own + "A", own[::-1]):
-        other = lab.client()
-        other.cookies.set(SESSION, forged)
-        assert other.get("/users", headers=HTML).status_code == 401
+        other_client = lab.client()
+        other_client.cookies.set(SESSION, forged)
+        assert other_client.get("/users", headers=HTML).status_code == 401
     assert client.get("/users").status_code == 200
 
 
 def test_a_session_is_not_taken_over_from_before_the_sign_in(lab: Laboratory) -> None:
     client = lab.client()
     client.get("/sign-in", headers=HTML)
-    before = client.cookies[SESSION]
+    old_cookie = client.cookies[SESSION]
     sign_in(client, OLAF)
-    other = lab.client()
-    other.cookies.set(SESSION, before)
-    assert client.cookies[SESSION] != before and other.get("/jobs").status_code == 401
+    other_client = lab.client()
+    other_client.cookies.set(SESSION, old_cookie)
+    assert client.cookies[SESSION] != old_cookie and other_client.get("/jobs").status_code == 401
 
 
 def test_a_role_in_a_form_or_a_body_changes_nothing(lab: Laboratory) -> None:
@@ -344,8 +344,8 @@ def test_no_verb_leads_around_a_role(lab: Laboratory, verb: str) -> None:
 def test_a_write_without_the_token_of_its_session_is_refused_for_an_administrator_too(
     lab: Laboratory,
 ) -> None:
-    client, other = lab.browser(ADA), lab.browser(OLAF)
-    for headers in ({}, {"X-CSRF-Token": csrf(other)}, {"X-CSRF-Token": "0" * 64}):
+    client, other_client = lab.browser(ADA), lab.browser(OLAF)
+    for headers in ({}, {"X-CSRF-Token": csrf(other_client)}, {"X-CSRF-Token": "0" * 64}):
         assert client.post("/api/materials", json=MATERIAL, headers=headers).status_code == 403
     elsewhere = {"X-CSRF-Token": csrf(client), "origin": "http://evil.example"}
     assert client.post("/api/materials", json=MATERIAL, headers=elsewhere).status_code == 403
@@ -518,9 +518,9 @@ def test_users_alone_are_let_in_where_the_server_is_told_so(filled: bytes, tmp_p
 
 
 def test_signing_out_everywhere_ends_the_own_sessions_alone(lab: Laboratory) -> None:
-    here, there, other = lab.browser(OLAF), lab.browser(OLAF), lab.browser(EMMA)
+    here, there, other_client = lab.browser(OLAF), lab.browser(OLAF), lab.browser(EMMA)
     assert send(here, "/sign-out/all", {}).status_code == 303
-    assert (there.get("/jobs").status_code, other.get("/jobs").status_code) == (401, 200)
+    assert (there.get("/jobs").status_code, other_client.get("/jobs").status_code) == (401, 200)
 
 
 # --- pages

@@ -31,15 +31,17 @@ def test_a_link_shows_the_same_numbers_after_another_model_was_put_in_use(filled
     client = filled.client
     post(client, "/models/tree/1/promote", {"reason": "the first one", "force": "true"})
     address = f"/twin?campaign={HAMMER}&{SHOT}"
-    before = client.get(address).text
-    link = link_of(before)
+    first_page = client.get(address).text
+    link = link_of(first_page)
     pinned = {name: values[0] for name, values in parse_qs(urlsplit(link).query).items()}
     assert (pinned["campaign"], pinned["contact"]) == (HAMMER, "tree@1")
     assert pinned["impact_velocity_m_s"] == "1.5"
-    assert "<td" in numbers(before) and numbers(client.get(link).text) == numbers(before)
+    assert "<td" in numbers(first_page) and numbers(client.get(link).text) == numbers(first_page)
     post(client, "/models/linear/1/promote", {"reason": "a try", "force": "true"})
-    assert numbers(client.get(link).text) == numbers(before)
-    assert numbers(client.get(address).text) != numbers(before)  # the model in use is another one
+    assert numbers(client.get(link).text) == numbers(first_page)
+    assert numbers(client.get(address).text) != numbers(
+        first_page
+    )  # the model in use is another one
 
 
 def test_a_specification_stands_in_the_link_and_in_the_spectrum(filled: Lab) -> None:
@@ -87,7 +89,7 @@ def test_bands_that_a_validation_found_too_narrow_are_warned_of(filled: Lab) -> 
     assert "The 90 % bands hold" in note[2] and not note[0].endswith('class="note warn" ')
     narrow = validated(filled, 0.3)
     page = filled.client.get(f"/twin?campaign={GUN}").text
-    before, _, note_text = page.partition('id="validated"')
-    assert before.endswith('class="note warn" ')
+    head_of_page, _, note_text = page.partition('id="validated"')
+    assert head_of_page.endswith('class="note warn" ')
     assert "Not calibrated: the 90 % bands hold only" in note_text
     assert f'href="/validations/{narrow}"' in note_text and narrow > key

@@ -129,17 +129,17 @@ def test_a_discard_is_undone_on_the_page(tmp_path: Path) -> None:
     with window(sqlite(tmp_path)) as (client, store):
         ingest_folder(store, folder)
         frozen = build_snapshot(store, "pulses", ["spring"]).snapshot.hash
-        before = content(sqlite(tmp_path))
+        content_before = content(sqlite(tmp_path))
         answer = post(client, "/impacts/1/discard", {"reason": "the plate had come loose"})
         page = client.get(answer.headers["location"]).text
         assert 'id="undo"' in page and "the plate had come loose" in page
-        assert content(sqlite(tmp_path))["impacts"] != before["impacts"]
+        assert content(sqlite(tmp_path))["impacts"] != content_before["impacts"]
         undo = re.search(r'action="(/deleted/\d+/restore)"', page)
         assert undo is not None and undo[1] in client.get("/deleted").text
         assert post(client, undo[1]).headers["location"] == "/campaigns/spring"
-        after = content(sqlite(tmp_path))
-        assert {k: v for k, v in after.items() if k != "tombstones"} == {
-            k: v for k, v in before.items() if k != "tombstones"
+        content_after = content(sqlite(tmp_path))
+        assert {k: v for k, v in content_after.items() if k != "tombstones"} == {
+            k: v for k, v in content_before.items() if k != "tombstones"
         }
         assert read_snapshot(store, "pulses").hash == frozen
         assert (

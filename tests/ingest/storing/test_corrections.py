@@ -75,9 +75,13 @@ def test_a_fact_of_the_bench_is_corrected_and_the_earlier_one_is_kept(
         with store.reading() as session:
             row = session.scalars(select(Campaign)).one()
             assert row.plate is not None and row.plate.thickness_m == 0.012
-            (kept,) = list_corrections(session, ["spring"])
-        assert kept.earlier_words == "0.01" and kept.reason == "measured anew" and kept.by
-        assert "corrected from 0.01 to 0.012" in kept.words
+            (correction,) = list_corrections(session, ["spring"])
+        assert (
+            correction.earlier_words == "0.01"
+            and correction.reason == "measured anew"
+            and correction.by
+        )
+        assert "corrected from 0.01 to 0.012" in correction.words
         assert corrected(store, {"bench.plate.thickness_m": "0.012"}) == ()  # says the same
     run_pyroshock("db", "check", "--db", url)
 
@@ -125,10 +129,10 @@ def test_a_part_of_the_bench_that_was_missing_is_added(url: str, tmp_path: Path)
 def test_factors_of_runs_are_corrected_and_added(url: str, folder: Path) -> None:
     with opened(url, create=True) as store:
         ingest_folder(store, folder)
-        before = levels(store, "tip_radius")
+        levels_before = levels(store, "tip_radius")
         (change,) = corrected(store, {"tip_radius_mm": "45"}, 2)
         assert change.value == "45" and change.earlier == (("15", ((2, 1), (2, 2))),)
-        assert levels(store, "tip_radius") == {**before, 2: 0.045}
+        assert levels(store, "tip_radius") == {**levels_before, 2: 0.045}
         (added,) = corrected(store, {"boundary_conditions": "fixed"}, missing=True)
         assert added.earlier[0][0] is None and len(added.earlier[0][1]) == 6
         assert set(levels(store, "boundary_conditions").values()) == {"fixed"}
@@ -171,8 +175,8 @@ def test_a_dataset_keeps_its_facts_and_says_that_they_were_corrected(
             assert corrections_since_dataset(session, "first") == []
         corrected(store, {"tip_radius_mm": "45"}, 2)
         corrected(store, {"bench.hammer.mass_kg": "0.4"})
-        again = read_snapshot(store, "first")
-        assert again.hash == built.hash
+        second_snapshot = read_snapshot(store, "first")
+        assert second_snapshot.hash == built.hash
         with store.reading() as session:
             words = [item.words for item in corrections_since_dataset(session, "first")]
         assert len(words) == 2 and "tip_radius_mm" in words[1] and "hammer.mass_kg" in words[0]

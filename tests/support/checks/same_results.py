@@ -19,12 +19,12 @@ def assert_same_result(local: Result, remote: Result) -> None:
     """Type, JSON, words, tables and figures of two results are the same."""
     assert type(remote) is type(local)
     for name in ("to_json", "to_network_json", "job_data", "notes", "sentences", "tables", "text"):
-        expected, given = (getattr(result, name)() for result in (local, remote))
-        assert plain(given) == plain(expected), name
+        expected, sent_answer = (getattr(result, name)() for result in (local, remote))
+        assert plain(sent_answer) == plain(expected), name
     assert plain(list(map(encode, remote.figures()))) == plain(list(map(encode, local.figures())))
     for name in ("exit_code", "fault", "summary", "address", "next_command", "stored_keys"):
-        expected, given = (getattr(result, name) for result in (local, remote))
-        assert plain(given() if callable(given) else given) == plain(
+        expected, sent_answer = (getattr(result, name) for result in (local, remote))
+        assert plain(sent_answer() if callable(sent_answer) else sent_answer) == plain(
             expected() if callable(expected) else expected
         ), name
 

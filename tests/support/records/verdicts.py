@@ -163,9 +163,9 @@ def explored(**changed: Any) -> Verdict:
     """The same gun with what a page shows beside the report: two runs of each configuration, two
     families of observables, and the error with the path's effects, one of them alone, and two."""
     runs = tuple(RunName(i // 2, i // 2 + 1, i % 2 + 1) for i in range(12))
-    before = np.linspace(-0.5, -0.3, 12)
+    residuals_before = np.linspace(-0.5, -0.3, 12)
     velocity = RunResiduals(
-        "velocity", "ln_velocity", "gun", "1", 0.01, 1, before, np.full(12, 0.004)
+        "velocity", "ln_velocity", "gun", "1", 0.01, 1, residuals_before, np.full(12, 0.004)
     )
     trace = RunResiduals(
         "pressure trace",
@@ -174,12 +174,12 @@ def explored(**changed: Any) -> Verdict:
         "tolerances",
         1.0,
         4,
-        np.abs(before) * 20,
+        np.abs(residuals_before) * 20,
         np.full(12, 0.5),
     )
 
     def computed(*effects: str, after: float, fraction: float) -> ComputedSet:
-        residuals = (before * after / 0.42, np.abs(before) * 20 * after / 0.42)
+        residuals = (residuals_before * after / 0.42, np.abs(residuals_before) * 20 * after / 0.42)
         return ComputedSet(effects, after, (0.9 * after, 1.2 * after), fraction, residuals)
 
     valve, atmosphere, leak = "gun.valve_flow", "gun.back_pressure", "gun.blow_by"

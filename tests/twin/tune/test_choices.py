@@ -31,9 +31,9 @@ def chosen(*ranked: Proposal, fired=(), level_db=None) -> tuple[Choice, ...]:
 
 def test_a_setting_that_is_better_at_nothing_is_no_choice():
     """The best setting is set up as it was fired last; another mount has to be changed to."""
-    other = SPACE.setting(MOUNTS[5], 3e5, 0.4)
-    kept = chosen(proposal(BEST), proposal(other), fired=(BEST,))
-    assert [own.proposal.setting for own in kept] == [BEST]
+    other_setting = SPACE.setting(MOUNTS[5], 3e5, 0.4)
+    choices = chosen(proposal(BEST), proposal(other_setting), fired=(BEST,))
+    assert [own.proposal.setting for own in choices] == [BEST]
 
 
 @pytest.mark.parametrize(("more", "merit"), [
@@ -41,8 +41,8 @@ def test_a_setting_that_is_better_at_nothing_is_no_choice():
     ({"band": 1.5}, "certainty"),
 ])  # fmt: skip
 def test_a_larger_margin_or_a_narrower_band_is_a_reason(more, merit):
-    other = SPACE.setting(MOUNTS[5], 3e5, 0.4)
-    _, second = chosen(proposal(BEST), proposal(other, met=0.6, **more), fired=(BEST,))
+    other_setting = SPACE.setting(MOUNTS[5], 3e5, 0.4)
+    _, second = chosen(proposal(BEST), proposal(other_setting, met=0.6, **more), fired=(BEST,))
     assert second.better_at == (merit,)
 
 
@@ -59,18 +59,18 @@ def test_a_setting_that_was_fired_is_told_with_the_scatter_of_its_shots():
 def test_changes_count_parts_and_bullets_but_no_pressure():
     louder = replace(BEST, tank_pressure_pa=4e5)
     heavier = replace(BEST, impactor_mass_kg=0.5)
-    kept = chosen(proposal(heavier), proposal(louder, met=0.6), fired=(BEST,))
-    assert [own.merits.changes for own in kept] == [1, 0]
+    choices = chosen(proposal(heavier), proposal(louder, met=0.6), fired=(BEST,))
+    assert [own.merits.changes for own in choices] == [1, 0]
 
 
 def test_a_setting_that_is_far_less_likely_is_no_choice():
-    other = SPACE.setting(MOUNTS[5], 3e5, 0.4)
-    kept = chosen(proposal(BEST, met=0.8), proposal(other, met=0.3, margin=5.0))
-    assert len(kept) == 1
-    kept = chosen(
-        proposal(BEST, met=0.0, margin=-5.0), proposal(other, met=0.0, margin=-9.0, band=1)
+    other_setting = SPACE.setting(MOUNTS[5], 3e5, 0.4)
+    choices = chosen(proposal(BEST, met=0.8), proposal(other_setting, met=0.3, margin=5.0))
+    assert len(choices) == 1
+    choices = chosen(
+        proposal(BEST, met=0.0, margin=-5.0), proposal(other_setting, met=0.0, margin=-9.0, band=1)
     )
-    assert len(kept) == 1  # nobody is likely, and it lies 4 dB farther out
+    assert len(choices) == 1  # nobody is likely, and it lies 4 dB farther out
 
 
 def test_choices_of_a_search_can_be_told_apart_at_the_bench_and_each_has_a_reason():
