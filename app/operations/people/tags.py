@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator
@@ -11,7 +12,7 @@ from ....schema.person_roles import OPERATOR
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
 from ..operation import FormPage, Operation, Outcome, Progress, Request, Rows
-from .subjects import SubjectKind, find_subject, kind_field, subject_field
+from .subjects import Subject, SubjectKind, find_subject, kind_field, subject_field
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -44,19 +45,31 @@ class NewTag(Request):
     )
 
 
-def _add(request: NewTag, laboratory: Laboratory, _: Progress) -> Outcome:
-    from .stored_notes import add_tag, tags_on
+def _change(
+    request: NewTag, laboratory: Laboratory, change: Callable[[Session, Subject], None]
+) -> Outcome:
+    def changed(session: Session) -> Outcome:
+        from .stored_notes import tags_on
 
-    def add(session: Session) -> Outcome:
         subject = find_subject(session, request.about, request.subject)
-        add_tag(session, subject, request.tag, laboratory.person)
+        change(session, subject)
         session.flush()
         tags = tags_on(session, subject)
-        line = f"{subject.kind} {subject.text} has the tags {', '.join(tags)}"
+        line = f"{subject.kind} {subject.text} has the tags {', '.join(tags) or 'none'}"
         data = {"about": subject.kind, "subject": subject.text, "tags": tags}
         return Outcome((line,), data, subject.page(session) or "/notes")
 
-    return laboratory.store.write(add)
+    return laboratory.store.write(changed)
+
+
+def _add(request: NewTag, laboratory: Laboratory, _: Progress) -> Outcome:
+    from .stored_notes import add_tag
+
+    return _change(
+        request,
+        laboratory,
+        lambda session, subject: add_tag(session, subject, request.tag, laboratory.person),
+    )
 
 
 TAG_ADD: Operation[NewTag, Outcome] = Operation(
@@ -75,17 +88,11 @@ TAG_ADD: Operation[NewTag, Outcome] = Operation(
 
 
 def _remove(request: NewTag, laboratory: Laboratory, _: Progress) -> Outcome:
-    from .stored_notes import remove_tag, tags_on
+    from .stored_notes import remove_tag
 
-    def remove(session: Session) -> Outcome:
-        subject = find_subject(session, request.about, request.subject)
-        remove_tag(session, subject, request.tag)
-        tags = tags_on(session, subject)
-        line = f"{subject.kind} {subject.text} has the tags {', '.join(tags) or 'none'}"
-        data = {"about": subject.kind, "subject": subject.text, "tags": tags}
-        return Outcome((line,), data, subject.page(session) or "/notes")
-
-    return laboratory.store.write(remove)
+    return _change(
+        request, laboratory, lambda session, subject: remove_tag(session, subject, request.tag)
+    )
 
 
 TAG_REMOVE: Operation[NewTag, Outcome] = Operation(
