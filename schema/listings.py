@@ -9,7 +9,7 @@ not what the store holds.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import islice
 from typing import Any
@@ -38,6 +38,7 @@ from .conditions import (
     QUALITY,
     SHOT_COLUMNS,
     Condition,
+    KeySpan,
     UnknownFieldError,
     get_campaign_id,
     get_factor_id,
@@ -315,10 +316,47 @@ def count_impacts(
     query = select(Impact.id).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
     if any(condition.field in _FIGURE_COLUMNS for condition in where):
         query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
-    query, find_span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    restriction = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
+    return _count(session, restriction, Impact.id, most, until)
+
+
+def count_shots(
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    most: int,
+    until: int | None = None,
+) -> int:
+    """How many shots a listing has, counted up to one more than `most`.
+
+    Parameters:
+        session: A session of the store.
+        campaign: The name of the campaign; None for all campaigns.
+        where: Conditions, all of which a row must meet.
+        most: The largest number that is counted.
+        until: The last key that is counted; by default (None) there is none.
+
+    Raises:
+        UnknownFieldError: As `iter_impacts`.
+        LookupError: As `iter_impacts`.
+        ValueError: As `iter_impacts`.
+    """
+    query = select(Shot.id).select_from(Shot).join(Campaign, Shot.campaign_id == Campaign.id)
+    restriction = restricted(session, query, Shot, SHOT_COLUMNS, campaign, where)
+    return _count(session, restriction, Shot.id, most, until)
+
+
+def _count(
+    session: Session,
+    restriction: tuple[Select[Any], Callable[[], KeySpan]],
+    key: Any,
+    most: int,
+    until: int | None,
+) -> int:
+    query, find_span = restriction
     span = find_span()
     last = span.last if until is None else min(span.last, until)
-    keys = query.where(Impact.id.between(span.first, last)).limit(most + 1).subquery()
+    keys = query.where(key.between(span.first, last)).limit(most + 1).subquery()
     return session.scalars(select(func.count()).select_from(keys)).one()
 
 

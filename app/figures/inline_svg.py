@@ -7,8 +7,10 @@ and writes title and legend itself.
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
+from collections.abc import Iterable
 from dataclasses import replace
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -30,6 +32,8 @@ _WIDTH, _HEIGHT, _CATEGORY = 3.75, 2.3, 0.34
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.62, 0.1, 0.08, 0.44
 #: Most numbers of an axis less one.
 _TICKS = 5
+#: A logarithmic axis of fewer decades has further numbers than the powers of ten, at least so many.
+_FULL_DECADES, _LEAST_TICKS = 2, 3
 #: In points of a chart, whose width on paper is half or a third of a page.
 _FONT_SIZE, _LABEL_SIZE = 10.0, 8.25
 _SETTINGS = {
@@ -89,14 +93,28 @@ _METADATA = ("Date", "Creator", "Format", "Type")
 
 
 def _set_ticks(axes: Axes, plot: Plot) -> None:
-    """Few of them, with plain numbers."""
+    """Few of them, with plain numbers, and at least three on a logarithmic axis however little of
+    a decade it shows."""
+    from matplotlib.ticker import FixedLocator, MaxNLocator
+
     axes.minorticks_off()
     for direction, axis in plot.axes():
         own = axes.xaxis if direction == "x" else axes.yaxis
         if axis.scale == "log":
+            low, high = sorted(own.get_view_interval())
+            if high < low * 10**_FULL_DECADES:
+                decades = 10.0 ** np.arange(math.floor(math.log10(low)), math.log10(high))
+                inside = _within(np.outer(decades, (1, 2, 5)).ravel().tolist(), low, high)
+                if len(inside) < _LEAST_TICKS:
+                    inside = _within(MaxNLocator(_TICKS).tick_values(low, high), low, high)
+                own.set_major_locator(FixedLocator(inside))
             own.set_major_formatter(lambda value, _: format_number(value))
         elif not (axis.categories or axis.hidden or axis.whole):
             axes.locator_params(direction, nbins=_TICKS)
+
+
+def _within(values: Iterable[float], low: float, high: float) -> list[float]:
+    return [value for value in values if low <= value <= high]
 
 
 def _fit_words(axes: Axes) -> None:

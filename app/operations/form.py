@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,8 @@ from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
 FILE = ".file"
+#: How the help of a field says what holds where nothing is given.
+_STATED_DEFAULT = re.compile(r"\s*\[default: ([^\]]+)\]")
 #: What a hidden control sends for a checkbox that may be ticked.
 UNTICKED = "false"
 
@@ -26,8 +29,8 @@ class Control:
     """A control of a form, ready for a template.
 
     `kind` is checkbox, select, lines (a text of several lines), file, number, password or text;
-    `choices` are the values of a select or the suggestions of a text; `limits` are attributes of
-    HTML.
+    `choices` are the values of a select or the suggestions of a text; `usual` says what holds where
+    the control is empty; `limits` are attributes of HTML.
     """
 
     name: str
@@ -36,6 +39,7 @@ class Control:
     kind: str
     value: str
     required: bool
+    usual: str = ""
     choices: tuple[str, ...] = ()
     limits: tuple[tuple[str, Any], ...] = ()
     methods: tuple[str, ...] = ()
@@ -98,13 +102,15 @@ def _control(name: str, field: FieldInfo, value: str | None, choices: Sequence[s
         for limit, html in (("ge", "min"), ("le", "max"), ("max_length", "maxlength"))
         if limit in limits and not (limit == "max_length" and get_origin(kind) is not None)
     }
+    stated = _STATED_DEFAULT.search(field.description or "")
     return Control(
         name,
         label,
-        field.description or "",
+        _STATED_DEFAULT.sub("", field.description or "").strip(),
         "password" if shown.secret else _control_kind(kind, shown.lines, bool(shown.unit)),
         value if value is not None else default,
         field.is_required(),
+        stated[1] if stated else "",
         tuple(choices) or (tuple(map(str, get_args(kind))) if get_origin(kind) is Literal else ()),
         tuple(attributes.items()),
     )

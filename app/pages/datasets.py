@@ -77,7 +77,7 @@ def dataset_rows(store: Store, db: str) -> list[dict[str, Any]]:
                 "newer pulses": newer_pulses(session, row["hash"], row["campaigns"] or []),
                 "withdrawn": withdrawals[row["hash"]].lost if row["hash"] in withdrawals else 0,
                 "predictors": row["predictors"],
-                "quality": row["quality"],
+                "left out by quality": row["quality"],
                 "hash": row["hash"][:12],
                 "frozen_at": row["frozen_at"][:16].replace("T", " "),
             }

@@ -30,6 +30,7 @@ from ..operations.diagnose.stored import (
 from ..operations.faults import FieldError, read
 from ..operations.form import controls
 from ..operations.laboratory import Laboratory
+from ..twins.contact_names import list_version_labels
 from ..web.dependencies import Configured, Key, OpenStore, Running
 from ..web.jobs import ask_operation, followed
 from ..web.page_sources import THE_STORE
@@ -53,7 +54,7 @@ def diagnoses(
     after: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
 ) -> Response:
     with store.reading() as session:
-        campaigns = list_campaign_names(session)
+        campaigns, simulators = list_campaign_names(session), list_version_labels(session)
         unknown = bool(campaign) and campaign not in campaigns
         listed = [] if unknown else list_diagnoses(session, campaign or None, PAGE + 1, after)
         summaries = [(row, kept_summary(session, row["id"])) for row in listed[:PAGE]]
@@ -77,7 +78,7 @@ def diagnoses(
             DIAGNOSE,
             {**request.query_params, "campaign": campaign or next(iter(campaigns), "")},
             names=_FIELDS,
-            choices={"campaign": campaigns},
+            choices={"campaign": campaigns, "simulator": ["", *simulators]},
         ),
         opened=any(request.query_params.get(name) for name in _DETAILS),
         details=controls(DIAGNOSE, request.query_params, names=_DETAILS),

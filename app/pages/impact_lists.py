@@ -19,6 +19,7 @@ from ...schema.conditions import QUALITIES, QUALITY, list_campaign_names
 from ...schema.impacts import Impact
 from ...schema.listings import (
     count_impacts,
+    count_shots,
     impacts_of_shots,
     list_impacts_page,
     list_impacts_sorted,
@@ -158,16 +159,16 @@ def impacts(
         )
 
 
-def _position(before: int, shown: int, total: int) -> str:
+def _position(before: int, shown: int, total: int, noun: str = "impact") -> str:
     """`Impacts 101 to 200 of 10,077`; a number beyond `COUNTED` is not exact."""
     if not shown:
         return ""
     of = f"{total:,}" if total <= COUNTED else f"more than {COUNTED:,}"
     if before > COUNTED:
-        return f"{shown} of {of} impacts, beyond the first {COUNTED:,}"
+        return f"{shown} of {of} {noun}s, beyond the first {COUNTED:,}"
     if shown == total:
-        return f"{total:,} impact{'s' if total > 1 else ''}"
-    return f"Impacts {before + 1:,} to {before + shown:,} of {of}"
+        return f"{total:,} {noun}{'s' if total > 1 else ''}"
+    return f"{noun.capitalize()}s {before + 1:,} to {before + shown:,} of {of}"
 
 
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:
@@ -247,12 +248,17 @@ def shots(
     where = [condition for condition in where if condition.strip()]
     error, status, following = "", 200, None
     rows: list[dict[str, Any]] = []
+    total = rows_before = 0
     with store.reading() as session:
         campaigns = list_campaign_names(session)
         try:
+            conditions = parse_where(tuple(where))
             shot_rows, following = list_shots_page(
-                session, campaign or None, parse_where(tuple(where)), after, PAGE
+                session, campaign or None, conditions, after, PAGE
             )
+            total = count_shots(session, campaign or None, conditions, COUNTED)
+            if after is not None:
+                rows_before = count_shots(session, campaign or None, conditions, COUNTED, after)
             impact_by_shot = impacts_of_shots(session, [row["id"] for row in shot_rows])
             rows = [
                 _shot_row(row, impact_by_shot.get(row["id"]))
@@ -270,6 +276,7 @@ def shots(
         campaign=campaign,
         where=where,
         error=error,
+        position=_position(rows_before, len(rows), total, "shot"),
         following=query({**address, "after": following}) if following else "",
         beginning=(query(address) or "/shots") if after else "",
     )

@@ -15,7 +15,6 @@ from starlette.responses import Response
 
 from ...schema.campaigns import Campaign
 from ...schema.session import Store
-from ...twin.contact.laws import LAWS
 from ..common.number_format import finite
 from ..doors.json_route import read_pairs
 from ..figures.page_renderer import figure_data
@@ -52,6 +51,7 @@ from ..operations.tune.target_words import (
 )
 from ..operations.validate.stored_validation import newest_validation
 from ..twins.building import BuiltTwin
+from ..twins.contact_names import list_contact_names
 from ..twins.twin_cache import TwinCache
 from ..web.dependencies import OpenStore, Twins
 from ..web.page_sources import STORE_AND_MODELS
@@ -78,6 +78,7 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
     status = 404 if unknown else status
     with store.reading() as session:
         campaigns = _campaigns(session)
+        contacts = list_contact_names(session)
     controls = sliders(built)
     question = _at_measured_shot(question, built, store)
     question, absent = _offered(_complete(question, built), controls)
@@ -94,7 +95,7 @@ def twin(request: Request, twins: Twins, store: OpenStore) -> Response:
         plates=sorted({material.name for material in built.materials.values()}, key=str.lower),
         plate=built.plate.name,
         campaigns=campaigns,
-        laws=list(LAWS),
+        contacts=contacts,
         specification=specification,
         specification_sentence=""
         if specification.target is None

@@ -14,7 +14,6 @@ from starlette.responses import Response
 
 from ...dataset.rows import stored_materials
 from ...schema.campaigns import Campaign
-from ...twin.contact.laws import LAWS
 from ..figures.page_renderer import figure_data
 from ..operations.form import controls
 from ..operations.impacts.spectra import MOST_BYTES, target_from_upload
@@ -30,7 +29,7 @@ from ..operations.tune.verdict import (
     setting_words,
     tuning_tables,
 )
-from ..twins.building import PRIOR
+from ..twins.contact_names import list_contact_names
 from ..web.dependencies import Key, OpenStore, Running, Word
 from ..web.jobs import finished_result
 from ..web.rendering import page, query
@@ -59,20 +58,25 @@ def form(request: Request, store: OpenStore) -> Response:
         plates = sorted(
             {material.name for material in stored_materials(session).values()}, key=str.lower
         )
+        contacts = list_contact_names(session)
     values = {name: text[:MOST_BYTES] for name, text in request.query_params.items()}
-    suggestions = {
-        "campaign": benches,
-        "measured": benches,
-        "plate": plates,
-        "contact": [PRIOR, *LAWS],
-    }
     return page(
         request,
         "tune.html",
         benches=benches,
         target=values.get("target", values.get("text", "")),
         controls={
-            control.name: control for control in controls(TUNE, values, suggestions=suggestions)
+            control.name: control
+            for control in controls(
+                TUNE,
+                values,
+                suggestions={"measured": benches},
+                choices={
+                    "campaign": ["", *benches],
+                    "plate": ["", *plates],
+                    "contact": ["", *contacts],
+                },
+            )
         },
     )
 

@@ -8,7 +8,6 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ...schema.conditions import list_campaign_names
-from ...twin.contact.laws import LAWS
 from ..jobs.queue import list_jobs
 from ..operations.form import controls
 from ..operations.validate.figures import (
@@ -33,7 +32,7 @@ from ..operations.validate.verdict import (
     needed_values,
     verdict_text,
 )
-from ..twins.building import PRIOR
+from ..twins.contact_names import list_contact_names
 from ..web.dependencies import Key, OpenStore, Running
 from ..web.jobs import finished_result
 from ..web.rendering import page
@@ -48,6 +47,7 @@ def validations(request: Request, store: OpenStore) -> Response:
     made."""
     with store.reading() as session:
         names = list_campaign_names(session)
+        contacts = list_contact_names(session)
     made = [job for job in list_jobs(store) if job.kind == VALIDATE.name]
     values = dict(request.query_params)
     further = set(VALIDATE.request.model_fields) - {"campaign"}
@@ -56,7 +56,7 @@ def validations(request: Request, store: OpenStore) -> Response:
         "validations.html",
         campaigns=names,
         campaign=values.get("campaign", ""),
-        controls=controls(VALIDATE, values, names=further, suggestions={"contact": [PRIOR, *LAWS]}),
+        controls=controls(VALIDATE, values, names=further, choices={"contact": ["", *contacts]}),
         jobs=made,
     )
 

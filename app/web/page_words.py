@@ -34,6 +34,12 @@ _PHRASES: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"docs/reference/campaigns\.md", "the form of a campaign says what it needs"),
         (r" The option can be repeated\.", " Separate several by commas."),
         (r"`runs discard`", "somebody"),
+        (
+            r"pyroshock diagnose (?:'[^']*'|\S+) --adopt (\S*[^\s.,;)])",
+            r"choose \1 and press “Adopt” on the page of the diagnosis",
+        ),
+        (r"diagnose again \(pyroshock diagnose (?:'[^']*'|[^\s)]+)\)", "diagnose it again"),
+        (r"Add --(replicates|blocks) (\d+)\.", r"Make the plan with --\1 \2."),
         (r"; larger campaigns: pyroshock ingest FOLDER", ""),
         (r"; more than ([\d,]+) go by pyroshock ingest FOLDER", r"; at most \1 go at a time"),
         (r"; pyroshock ingest FOLDER takes them", "; ask whoever operates the server"),
@@ -76,6 +82,8 @@ _PLACES = {
 _COMMAND = re.compile(r"`?\bpyroshock ((?:[a-z]+[- ]?)+)(?:[^`;,)\n]*[A-Z\d][^`;,)\n]*)?`?")
 #: An option, with what stands behind it in capitals.
 _OPTION = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)(?: [A-Z]{2,}\b)?")
+#: An option with its number: a field is set to it.
+_NUMBERED_OPTION = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*) (\d+(?:\.\d+)?)\b")
 #: Options that a form calls otherwise than by their own words.
 _LABELS = {
     "confirm": "Confirmed",
@@ -103,6 +111,7 @@ def in_page_words(text: str, folders: Sequence[Path] = ()) -> str:
     for pattern, words in _PHRASES:
         text = pattern.sub(words, text)
     text = _COMMAND.sub(_place, text)
+    text = _NUMBERED_OPTION.sub(_label_with_number, text)
     text = _OPTION.sub(_label, text)
     return _without_paths(text, folders)
 
@@ -114,6 +123,10 @@ def _place(match: re.Match[str]) -> str:
         if place is not None:
             return place
     return "the command line"
+
+
+def _label_with_number(match: re.Match[str]) -> str:
+    return f"{_label(match)} set to {match[2]}"
 
 
 def _label(match: re.Match[str]) -> str:

@@ -139,6 +139,19 @@ def test_paper_has_equal_decades_and_lines_of_one_acceleration_and_one_displacem
         np.testing.assert_allclose(length, float(number) * units[unit], rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "frame",
+    [(91.0, 11_000.0, 0.4, 14.0), (100.0, 10_000.0, 0.1, 10.0), (20.0, 2_000.0, 0.05, 50.0)],
+)
+def test_names_of_the_paper_do_not_cover_each_other(frame):
+    """On 125 px a decade a name of eight letters is .4 decades long and .11 high."""
+    _, words = paper_lines(*frame)
+    for number, word in enumerate(words):
+        for near in words[:number]:
+            along, across = abs(np.log10(word.x / near.x)), abs(np.log10(word.y / near.y))
+            assert along >= 0.4 or across >= 0.11, (word.text, near.text)
+
+
 def test_names_of_the_paper_stand_within_the_frame():
     _, words = paper_lines(100.0, 10_000.0, 0.1, 10.0)
     assert words

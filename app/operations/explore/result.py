@@ -86,8 +86,8 @@ class Explored(Result):
         column = self.data.y if self.data.y is not None else self.data.x
         ending = _ending(column.key)
         names = {
-            "q05": "quantile_05", "q25": "quantile_25", "q75": "quantile_75",
-            "q95": "quantile_95", "deviation": "standard_deviation",
+            "q05": "percentile_5", "q25": "lower_quartile", "q75": "upper_quartile",
+            "q95": "percentile_95", "deviation": "standard_deviation",
         }  # fmt: skip
         return [
             {

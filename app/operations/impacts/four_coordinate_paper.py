@@ -13,6 +13,11 @@ from ...figures.figure import ColourRole, LineSeries, Plot, PlotAxis, TextLabel,
 
 #: Lines go on beyond the frame by this factor, so that a page that is zoomed out still has them.
 _BEYOND = 100.0
+#: Shares of a falling line where its name may stand, the first that is free; a rising line counts
+#: from its other end.
+_SHARES = (0.15, 0.3, 0.45, 0.6, 0.05)
+#: Decades along and across that two names are apart, on a chart of two decades and 250 px.
+_APART = (0.4, 0.12)
 #: Room about the curves.
 _ROOM_HZ, _ROOM_M_S = 1.1, 1.6
 
@@ -48,9 +53,14 @@ def paper_lines(
         (2 * math.pi * 10.0**exponent, 1, _length(10.0**exponent))
         for exponent in _decades([v / (2 * math.pi * f) for f, v in corners])
     ]
-    drawn = [_diagonal(constant, slope, frame, name) for constant, slope, name in diagonals]
-    pairs = [pair for pair in drawn if pair is not None]
-    return [line for line, _ in pairs], [label for _, label in pairs]
+    lines: list[LineSeries] = []
+    labels: list[TextLabel] = []
+    for constant, slope, name in diagonals:
+        drawn = _diagonal(constant, slope, frame, name, labels)
+        if drawn is not None:
+            lines.append(drawn[0])
+            labels.append(drawn[1])
+    return lines, labels
 
 
 def _decades(values: list[float]) -> range:
@@ -65,10 +75,14 @@ def _length(metres: float) -> str:
 
 
 def _diagonal(
-    constant: float, slope: int, frame: tuple[float, float, float, float], name: str
+    constant: float,
+    slope: int,
+    frame: tuple[float, float, float, float],
+    name: str,
+    labels: list[TextLabel],
 ) -> tuple[LineSeries, TextLabel] | None:
-    """v = constant * f ** slope, and its name within the frame; None where it crosses a corner
-    only."""
+    """v = constant * f ** slope, and its name within the frame, apart from the `labels` that stand
+    there; None where the line crosses a corner only."""
     lowest_hz, right, low, high = frame
     crossings = sorted((v / constant) ** slope for v in (low, high))
     begin, end = max(lowest_hz, crossings[0]), min(right, crossings[1])
@@ -79,6 +93,13 @@ def _diagonal(
         f, constant * f**slope, width=1, detail=name, role=ColourRole.RULE, silent=True
     )
     # falling lines are named at their left, rising ones at their right: apart
-    share = 0.15 if slope < 0 else 0.85
-    place = begin ** (1 - share) * end**share
-    return rule, TextLabel(name, place, constant * place**slope)
+    shares = _SHARES if slope < 0 else tuple(1 - share for share in _SHARES)
+    places = [begin ** (1 - share) * end**share for share in shares]
+    candidates = [TextLabel(name, place, constant * place**slope) for place in places]
+    free = [label for label in candidates if not any(_touch(label, near) for near in labels)]
+    return rule, (free or candidates)[0]
+
+
+def _touch(label: TextLabel, near: TextLabel) -> bool:
+    along, across = abs(math.log10(label.x / near.x)), abs(math.log10(label.y / near.y))
+    return along < _APART[0] and across < _APART[1]

@@ -22,7 +22,7 @@ class ValidationRequest(Request):
     )
     contact: Word | None = request_field(
         None,
-        help="Choose the contact model as `predict` does. [default: the model in use, else prior]",
+        help="Choose the contact model of the predictions. [default: the model in use, else prior]",
         presentation=Presentation(
             metavar="LAW|prior|registered|MODEL@VERSION", completion="contact_models"
         ),

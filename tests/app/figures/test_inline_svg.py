@@ -102,6 +102,24 @@ def test_equal_quantities_lie_on_the_diagonal_and_others_on_the_dashes(scale: Sc
     assert plot.x.limits == plot.y.limits
 
 
+@pytest.mark.parametrize(
+    ("low", "high"), [(16.0, 47.0), (0.52, 1.1), (1.3, 1.9), (0.9, 95.0), (1e2, 1e4), (3e-4, 40.0)]
+)
+def test_a_logarithmic_axis_has_three_numbers_however_little_it_shows(
+    low: float, high: float
+) -> None:
+    axes = PlotAxis("measured", "kN", "log"), PlotAxis("predicted", "kN")
+    svg = inline_svg(Plot("v", *axes, (LineSeries(x=np.array([low, high]), y=np.array([0.0, 1])),)))
+    (ax, _), (bx, _) = line_ends(svg, ColourRole.CATEGORY_0)
+    along_x = re.findall(
+        r'<text[^>]*text-anchor: middle[^>]*x="([\d.]+)"[^>]*>([\d.]+)</text>', svg
+    )
+    assert 3 <= len(along_x) <= 8
+    for place, number in along_x:
+        value = low * (high / low) ** ((float(place) - ax) / (bx - ax))
+        assert value == pytest.approx(float(number), rel=0.02)
+
+
 def test_only_points_that_can_be_drawn_count_and_many_are_thinned() -> None:
     axes = PlotAxis("a", "1", "log"), PlotAxis("b", "1", "log")
     x, y = np.array([1.0, 2.0, -3.0, np.nan, 5.0]), np.array([1.0, 0.0, 1.0, 1.0, 4.0])

@@ -7,6 +7,7 @@ import os
 from typing import Any
 
 import pytest
+from support.checks.page_text import command_words
 from support.processes.browsers import SLOW, at, page_of, until
 from support.processes.served_pages import PAGES
 
@@ -17,6 +18,8 @@ WIDTHS = {390: 844, 1400: 900, 1920: 1080}
 PICTURES = os.environ.get("PYROSHOCK_PAGE_PICTURES")
 #: A sheet of paper is as wide as it is; at the bench there is /plans/NAME/sheet.
 OF_PAPER = ("sheet-print",)
+#: Pages for programs say how a request is sent.
+OF_COMMANDS = ("api", "api-read", "api-plan")
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
 #: Whether every chart has the width of its frame: charts follow the window in a moment.
 _FOLLOWED = """[...document.querySelectorAll(".plot")].every((plot) => {
@@ -60,6 +63,7 @@ def test_page_is_read_by_everyone_at_any_width(browser, lab, address, name):
         for scheme in ("light", "dark"):
             page.set_viewport_size({"width": 1280, "height": 900})
             _in(page, scheme)
+            assert not command_words(page.inner_text("main")) or name in OF_COMMANDS
             found = Axe().run(page, options=RULES)
             assert found.violations_count == 0, f"{scheme}: {found.generate_report()}"
             for width, height in WIDTHS.items() if name not in OF_PAPER else ():

@@ -64,7 +64,7 @@ def test_a_distribution_counts_rows_by_colour(filled: Lab) -> None:
     text = page(filled, f"/explore?kind=distribution&x=peak_force_n&colour=run&campaign={HAMMER}")
     counts = [sum(own["values"]) for own in figure(text)["series"]]
     assert sum(counts) == 20 and len(counts) == 4
-    assert '<table id="groups">' in text and "quantile 95 (kN)" in text
+    assert '<table id="groups">' in text and "percentile 95 (kN)" in text
 
 
 def test_a_colour_by_numbers_is_named_by_its_ranges(filled: Lab) -> None:

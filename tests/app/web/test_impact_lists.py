@@ -43,12 +43,12 @@ def test_a_list_says_how_many_impacts_match_and_which_of_them_it_shows(
     ((material, count),) = materials.most_common(1)
 
     def positions(address: str) -> list[str]:
-        sentences = []
+        sentences, listing = [], address.partition("?")[0]
         while address:
             text = filled.client.get(address).text
             sentences += re.findall(r'id="position">(.*?)</p>', text)
             following = re.search(r'rel="next"[^>]* href="([^"]*)"', text)
-            address = f"/impacts{following[1]}".replace("&amp;", "&") if following else ""
+            address = f"{listing}{following[1]}".replace("&amp;", "&") if following else ""
         return sentences
 
     for sort in ("", "&sort=-peak_force_n"):
@@ -57,6 +57,14 @@ def test_a_list_says_how_many_impacts_match_and_which_of_them_it_shows(
         assert len(pages) > 1
         assert sentences == [f"Impacts {first} to {last} of {count}" for first, last in pages]
     assert positions("/impacts?campaign=modal-hammer-hit") == ["1 impact"]
+    with filled.store.reading() as session:
+        shots = session.scalar(select(func.count()).select_from(Shot)) or 0
+        fast = session.scalar(select(func.count()).where(Shot.measured_velocity_m_s > 12)) or 0
+    assert 0 < fast < shots
+    for address, count in (("/shots", shots), ("/shots?where=measured_velocity_m_s>12", fast)):
+        pages = [(first, min(first + 5, count)) for first in range(1, count + 1, 6)]
+        sentences = [f"Shots {first} to {last} of {count}" for first, last in pages]
+        assert positions(address) == (sentences if len(pages) > 1 else [f"{count} shots"])
     monkeypatch.setattr("pyroshock.app.pages.impact_lists.COUNTED", 8)
     assert positions("/impacts")[:3] == [
         "Impacts 1 to 6 of more than 8",

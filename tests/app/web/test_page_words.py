@@ -3,51 +3,18 @@ the server, and no date that nobody knows."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from pyroshock.app.web.page_words import in_page_words
 from pyroshock.ingest.load import ingest_folder
+from support.checks.page_text import PageText, command_words
 from support.processes.web_client import ended, post, sqlite, window
 from support.records.campaigns import gun_campaign, hammer_campaign, replace_in
 from support.stores.web_stores import Lab
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-_SPOKEN = re.compile(r"(?<![\w-])--[a-z]{2,}|\bpyroshock (?:[a-z]+ )*[a-z]+")
-
-
-class Words(HTMLParser):
-    """What a person reads on a page: its texts, without scripts and styles."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self._inside: list[str] = []
-        self.words: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag in ("script", "style", "footer"):
-            self._inside.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if self._inside and tag == self._inside[-1]:
-            self._inside.pop()
-
-    def handle_data(self, data: str) -> None:
-        if not self._inside:
-            self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return " ".join(" ".join(self.words).split())
-
-
-def spoken(text: str) -> list[str]:
-    """Options and commands that a text names; the software's own name stands in the menu."""
-    return [match[0] for match in _SPOKEN.finditer(text.replace("pyroshock Campaigns", ""))]
 
 
 @pytest.fixture
@@ -73,13 +40,21 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
      "ingest the folder again"),
     ("a material of the store (pyroshock materials lists and adds them)",
      "a material of the store"),
+    ("Add --replicates 2.", "Make the plan with “Replicates” set to 2."),
+    ("Make the plan with --blocks 2, which visits every set-up twice",
+     "Make the plan with “Blocks” set to 2, which visits every set-up twice"),
+    ("Adopt these effects: pyroshock diagnose 'spring 2' --adopt gun.valve_flow,gun.blow_by.",
+     "Adopt these effects: choose gun.valve_flow,gun.blow_by and press “Adopt” on the page of the "
+     "diagnosis."),
+    ("It holds no shares of effects: diagnose again (pyroshock diagnose first-shots).",
+     "It holds no shares of effects: diagnose it again."),
     ("a sentence -- with dashes, and a-b", "a sentence -- with dashes, and a-b"),
 ])  # fmt: skip
 def test_a_message_of_the_command_line_is_put_into_the_words_of_pages(
     said: str, shown: str
 ) -> None:
     assert in_page_words(said) == shown
-    assert not spoken(in_page_words(said))
+    assert not command_words(in_page_words(said))
 
 
 def test_folders_of_the_server_are_called_by_their_last_part(tmp_path: Path) -> None:
@@ -97,8 +72,8 @@ def test_folders_of_the_server_are_called_by_their_last_part(tmp_path: Path) -> 
     "/shots", "/ingest", "/plans", "/plans/new", "/jobs", "/datasets", "/nowhere",
 ])  # fmt: skip
 def test_a_page_names_no_option_no_command_no_path_and_no_year_1970(lab: Lab, address: str) -> None:
-    text = Words(lab.client.get(address).text).text
-    assert not spoken(text), spoken(text)
+    text = PageText(lab.client.get(address).text).text
+    assert not command_words(text), command_words(text)
     assert str(lab.folder) not in text
     assert "1970" not in text
 
@@ -141,5 +116,5 @@ def test_a_rule_is_ticked_and_not_confirmed_by_an_option(lab: Lab) -> None:
     replace_in(folder / "runs.csv", "0.25", "25")
     answer = post(lab.client, "/ingest/path", {"path": "shots", "dry_run": "1"})
     ended(lab.client, answer)
-    text = Words(lab.client.get(answer.headers["location"]).text).text
-    assert "pressure-above-regulator" in text and not spoken(text)
+    text = PageText(lab.client.get(answer.headers["location"]).text).text
+    assert "pressure-above-regulator" in text and not command_words(text)
