@@ -84,9 +84,10 @@ def rank_figure(data: Mapping[str, Any]) -> Plot:
 
 
 def comparison_figures(data: Mapping[str, Any]) -> dict[str, Plot]:
-    """Measured over predicted values with their 90 % bands, by quantity."""
+    """Measured over predicted values with their 90 % bands, by quantity: first those whose bands
+    hold the smallest shares."""
     figures = {}
-    for row in data["quantities"]:
+    for row in sorted(data["quantities"], key=lambda row: row["coverage90"]):
         shots = [
             shot["quantities"][row["name"]]
             for shot in data["shots"]

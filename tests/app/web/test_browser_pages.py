@@ -18,8 +18,8 @@ WIDTHS = {390: 844, 1400: 900, 1920: 1080}
 PICTURES = os.environ.get("PYROSHOCK_PAGE_PICTURES")
 #: A sheet of paper is as wide as it is; at the bench there is /plans/NAME/sheet.
 OF_PAPER = ("sheet-print",)
-#: Pages for programs say how a request is sent.
-OF_COMMANDS = ("api", "api-read", "api-plan")
+#: Pages for programs say how a request is sent, and a report is read beside the command line, too.
+OF_COMMANDS = ("api", "api-read", "api-plan", "report-diagnosis")
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
 #: Whether every chart has the width of its frame: charts follow the window in a moment.
 _FOLLOWED = """[...document.querySelectorAll(".plot")].every((plot) => {
@@ -52,6 +52,28 @@ def _in(page: Any, scheme: str) -> str:
     markups = page.evaluate(drawn)
     assert all(f'fill="{card}"' in markup for markup in markups)
     return card
+
+
+#: Pages that are printed, and those that are a reference, may be long.
+OF_ANY_LENGTH = ("sheet-print", "report-campaign", "report-model", *OF_COMMANDS)
+SCREENS = 3
+#: The height of a page without its tables and its list of runs, each with a row left of it.
+_HEIGHT_WITHOUT_TABLES = """(() => {
+  const rows = [...document.querySelectorAll('main :is(tbody tr, ol.sheet > li)')];
+  const further = rows.filter((row) => row.previousElementSibling && row.checkVisibility());
+  return document.documentElement.scrollHeight
+    - further.reduce((height, row) => height + row.getBoundingClientRect().height, 0); })()"""
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name not in OF_ANY_LENGTH])
+def test_page_is_three_screens_long_at_most_but_for_tables(browser, lab, address, name):
+    with page_of(browser, lab) as page:
+        page.set_viewport_size({"width": 1400, "height": WIDTHS[1400]})
+        assert at(page, address(name)).status == (404 if name == "not-there" else 200)
+        until(lambda: page.evaluate(_FOLLOWED), 10 * SLOW)
+        height = page.evaluate(_HEIGHT_WITHOUT_TABLES)
+        print(f"{name}: {height:.0f} px without tables")
+        assert height <= SCREENS * WIDTHS[1400]
 
 
 @pytest.mark.parametrize("name", PAGES)
