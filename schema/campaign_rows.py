@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, false, or_, select, union
+from sqlalchemy import ColumnElement, Select, and_, false, or_, select, union
 
+from .attachments import PLAN, AttachedContent, AttachedPiece, Attachment
 from .benches import Gun, Hammer, Material, MaterialAlias, ModalTable, Mode, ModeShape, Plate
 from .campaigns import (
     Campaign,
@@ -19,6 +20,7 @@ from .campaigns import (
 from .corrections import FactCorrection
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
+from .notes import CAMPAIGN, IMPACT, RUN
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 
 
@@ -39,6 +41,9 @@ def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnEleme
         "quality_findings": QualityFinding.recording_id == recording,
         "diagnoses": false(),
         "fact_corrections": false(),
+        "attachments": false(),
+        "attached_contents": false(),
+        "attached_pieces": false(),
     }
 
 
@@ -66,6 +71,8 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         Material.id.in_(select(Plate.material_id).where(Plate.id.in_(plates))),
     )
     pulses = Pulse.impact_id.in_(impacts)
+    attached = or_(attached_to_campaign(campaign), _attached_to_plans(plans))
+    contents = select(Attachment.content_id).where(attached)
     return {
         "campaigns": own,
         "guns": Gun.id.in_(select(Campaign.gun_id).where(own)),
@@ -95,7 +102,23 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,
         "fact_corrections": FactCorrection.campaign_id == campaign,
+        "attachments": attached,
+        "attached_contents": AttachedContent.id.in_(contents),
+        "attached_pieces": AttachedPiece.content_id.in_(contents),
     }
+
+
+def attached_to_campaign(campaign: int) -> ColumnElement[bool]:
+    """The attachments of the campaign with this key and of its impacts, as a condition on
+    `attachments`: those that go with it. What is attached to its plans and their runs stays with
+    the plans."""
+    name = select(Campaign.name).where(Campaign.id == campaign).scalar_subquery()
+    return and_(Attachment.subject_kind.in_((CAMPAIGN, IMPACT)), Attachment.subject == name)
+
+
+def _attached_to_plans(plans: Select[Any]) -> ColumnElement[bool]:
+    names = select(Plan.name).where(Plan.id.in_(plans))
+    return and_(Attachment.subject_kind.in_((PLAN, RUN)), Attachment.subject.in_(names))
 
 
 def _of_hits(campaign: int, column: str) -> Select[Any]:
