@@ -70,7 +70,7 @@ def media_type_of(content: bytes) -> MediaType:
         WHATWG, MIME Sniffing Standard, sections 6 and 7 (the first bytes of each kind).
     """
     if not content:
-        raise MediaTypeError("the file is empty")
+        raise MediaTypeError("it is empty")
     for begins, name, size_of in _PICTURES:
         if content.startswith(begins) and (name != "image/webp" or content[8:12] == b"WEBP"):
             return _picture(name, size_of(content))
@@ -80,10 +80,10 @@ def media_type_of(content: bytes) -> MediaType:
         return MediaType(_zipped(content))
     text = _text_of(content)
     if text is None:
-        raise MediaTypeError(f"the file is of no kind that is known; expected {_KNOWN}")
+        raise MediaTypeError(f"it is of no kind that is known; expected {_KNOWN}")
     if _MARKUP.match(text):
         raise MediaTypeError(
-            "the file is HTML, SVG or XML, in which a browser may run a script; print it to PDF, "
+            "it is HTML, SVG or XML, in which a browser may run a script; print it to PDF, "
             "or put it into a ZIP file"
         )
     return MediaType("text/plain")
@@ -92,7 +92,7 @@ def media_type_of(content: bytes) -> MediaType:
 def _picture(name: str, size: tuple[int, int] | None) -> MediaType:
     if size is None or min(size) < 1:
         raise MediaTypeError(
-            f"the file begins as {name.removeprefix('image/').upper()} and is no whole picture; "
+            f"it begins as {name.removeprefix('image/').upper()} and is no whole picture; "
             "save it anew"
         )
     return MediaType(name, *size)
@@ -174,9 +174,7 @@ def _zipped(content: bytes) -> str:
     # zipfile raises these of a list that is damaged or made up: besides BadZipFile, of a field
     # that is too short, a name that is no text, and a place outside of the file
     except (zipfile.BadZipFile, struct.error, ValueError, NotImplementedError, OSError) as error:
-        raise MediaTypeError(
-            f"the file begins as ZIP and cannot be read as one: {error}"
-        ) from error
+        raise MediaTypeError(f"it begins as ZIP and cannot be read as one: {error}") from error
     if first is not None and first.filename == "mimetype":
         # OpenDocument 1.3, part 2, 3.3: the first entry, stored as it is, behind a head of 38 bytes
         word = content[38 : 38 + first.file_size if first.file_size < 100 else 38]

@@ -49,7 +49,7 @@ def checked_media_type(content: bytes) -> MediaType:
     """
     if len(content) > MOST_BYTES:
         raise ValueError(
-            f"the file has {len(content):,} bytes; expected at most {MOST_BYTES:,}: make the "
+            f"it has {len(content):,} bytes; expected at most {MOST_BYTES:,}: make the "
             "picture smaller, or divide the document"
         )
     return media_type_of(content)

@@ -57,8 +57,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
     recordings = select(Recording.id).where(Recording.campaign_id == campaign)
     channels = select(RecordedChannel.id).where(RecordedChannel.recording_id.in_(recordings))
     impacts = select(Impact.id).where(Impact.campaign_id == campaign)
-    runs = _of_hits(campaign, "planned_run_id")
-    plans = select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
+    plans = _plans(campaign)
     planned = select(PlannedRun.configuration_id).where(PlannedRun.plan_id.in_(plans))
     configurations = or_(
         Configuration.id.in_(_of_hits(campaign, "configuration_id")), Configuration.id.in_(planned)
@@ -71,7 +70,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         Material.id.in_(select(Plate.material_id).where(Plate.id.in_(plates))),
     )
     pulses = Pulse.impact_id.in_(impacts)
-    attached = or_(attached_to_campaign(campaign), _attached_to_plans(plans))
+    attached = _attached(campaign, plans)
     contents = select(Attachment.content_id).where(attached)
     return {
         "campaigns": own,
@@ -116,9 +115,22 @@ def attached_to_campaign(campaign: int) -> ColumnElement[bool]:
     return and_(Attachment.subject_kind.in_((CAMPAIGN, IMPACT)), Attachment.subject == name)
 
 
-def _attached_to_plans(plans: Select[Any]) -> ColumnElement[bool]:
+def attached_with_campaign(campaign: int) -> ColumnElement[bool]:
+    """The attachments of the campaign with this key and of its impacts, and those of the plans that
+    it was recorded by and of their runs, as a condition on `attachments`."""
+    return _attached(campaign, _plans(campaign))
+
+
+def _attached(campaign: int, plans: Select[Any]) -> ColumnElement[bool]:
     names = select(Plan.name).where(Plan.id.in_(plans))
-    return and_(Attachment.subject_kind.in_((PLAN, RUN)), Attachment.subject.in_(names))
+    of_plans = and_(Attachment.subject_kind.in_((PLAN, RUN)), Attachment.subject.in_(names))
+    return or_(attached_to_campaign(campaign), of_plans)
+
+
+def _plans(campaign: int) -> Select[Any]:
+    """The plans by which a campaign was recorded."""
+    runs = _of_hits(campaign, "planned_run_id")
+    return select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
 
 
 def _of_hits(campaign: int, column: str) -> Select[Any]:

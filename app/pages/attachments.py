@@ -14,6 +14,7 @@ from fastapi import APIRouter, Depends, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
+from ..common.reduced_pictures import MEDIA_TYPE, PREVIEW_PX, reduced_picture
 from ..operations.people.attachments import ATTACHMENT_GET
 from ..operations.people.stored_attachments import (
     content_of,
@@ -49,6 +50,21 @@ def attachments(request: Request, store: OpenStore, before: _Before = None) -> R
         pages=pages,
         older=f"/attachments?before={listed[PAGE - 1].key}" if len(listed) > PAGE else "",
     )
+
+
+@router.get("/attachments/{attachment}/preview", dependencies=[Depends(role_of(ATTACHMENT_GET))])
+def preview(request: Request, attachment: Key, store: OpenStore) -> Response:
+    """A picture in the size that pages show."""
+    with store.reading() as session:
+        stored = get_attachment(session, attachment)
+        if not stored.is_shown:
+            raise LookupError(f"attachment {attachment} ({stored.file_name}) is shown by no page")
+        tag = f'"{stored.sha256}-{PREVIEW_PX}"'
+        if stored.removed_at is None and request.headers.get("if-none-match") == tag:
+            return Response(status_code=304, headers={**_HEADERS, "etag": tag})
+        content = content_of(session, attachment)
+    reduced, *_ = reduced_picture(content, PREVIEW_PX)
+    return Response(reduced, media_type=MEDIA_TYPE, headers={**_HEADERS, "etag": tag})
 
 
 @router.get("/attachments/{attachment}/file", dependencies=[Depends(role_of(ATTACHMENT_GET))])

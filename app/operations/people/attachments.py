@@ -103,19 +103,23 @@ def _outcome(session: Session, attachment: StoredAttachment, what: str) -> Outco
 
 
 def _add(request: NewAttachment, laboratory: Laboratory, _: Progress) -> Outcome:
+    from ....schema.attached_files import checked_media_type
     from .stored_attachments import add_attachment, clean_name, get_attachment
 
     file: RecordedFile = request.file
     ((kind, name),) = request.stated
     with about("file"):
-        clean_name(file.name)
-        content = file.read_bytes()
+        file_name, content = clean_name(file.name), file.read_bytes()
+        try:
+            checked_media_type(content)
+        except ValueError as error:
+            raise ValueError(f"file is {file_name!r:.120} and cannot be taken: {error}") from error
 
     def add(session: Session) -> Outcome:
         subject = find_subject(session, kind, name)
         with about("file"):
             key = add_attachment(
-                session, subject, file.name, content, request.caption, laboratory.person
+                session, subject, file_name, content, request.caption, laboratory.person
             )
         attachment = get_attachment(session, key)
         what = f"{attachment.media_type}, SHA-256 {attachment.sha256[:12]}…"

@@ -120,12 +120,20 @@ def add_attachment(
 
 def attachments_on(session: Session, subject: Subject) -> list[StoredAttachment]:
     """What is attached to one thing, the oldest first; what was removed is among it."""
-    return _attachments(session, subject.is_of(Attachment))
+    return attachments_where(session, subject.is_of(Attachment))
 
 
 def attachments_of_campaign(session: Session, campaign_id: int) -> list[StoredAttachment]:
     """What is attached to a campaign and to its impacts, the oldest first."""
-    return _attachments(session, attached_to_campaign(campaign_id))
+    return attachments_where(session, attached_to_campaign(campaign_id))
+
+
+def attachments_where(session: Session, chosen: ColumnElement[bool]) -> list[StoredAttachment]:
+    """The attachments that a condition chooses, the oldest first."""
+    rows: Sequence[Any] = (
+        session.execute(_query().where(chosen).order_by(Attachment.id)).tuples().all()
+    )
+    return [_stored(*row) for row in rows]
 
 
 def recent_attachments(
@@ -197,13 +205,6 @@ def _query() -> Any:
     return select(Attachment, AttachedContent).join(
         AttachedContent, Attachment.content_id == AttachedContent.id
     )
-
-
-def _attachments(session: Session, chosen: ColumnElement[bool]) -> list[StoredAttachment]:
-    rows: Sequence[Any] = (
-        session.execute(_query().where(chosen).order_by(Attachment.id)).tuples().all()
-    )
-    return [_stored(*row) for row in rows]
 
 
 def _stored(row: Attachment, content: AttachedContent) -> StoredAttachment:

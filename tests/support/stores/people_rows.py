@@ -23,7 +23,8 @@ NAME, PASSWORD = "anna", "four quiet grey herons"
 
 
 def add_people_rows(session: Session, subject: str) -> None:
-    """A row at least of each table; the notes, the tag and the attachment are about the campaign `subject`."""
+    """A row at least of each table; what is written and attached is about the campaign
+    `subject`."""
     user = add_user(session, NAME, ENGINEER, PASSWORD)
     session.add(
         PersonalToken(
