@@ -96,10 +96,12 @@ class ChartRow:
 
 @dataclass(frozen=True)
 class Photograph:
-    """A picture in the size in which it is printed, a JPEG; `facts` are told below its caption."""
+    """A picture in the size in which it is printed, a JPEG; `facts` are told below its caption, and
+    the SHA-256 of the file that it was made of."""
 
     caption: str
     facts: str
+    sha256: str
     jpeg: bytes
     width_px: int
     height_px: int

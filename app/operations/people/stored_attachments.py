@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import PurePosixPath
@@ -130,10 +129,8 @@ def attachments_of_campaign(session: Session, campaign_id: int) -> list[StoredAt
 
 def attachments_where(session: Session, chosen: ColumnElement[bool]) -> list[StoredAttachment]:
     """The attachments that a condition chooses, the oldest first."""
-    rows: Sequence[Any] = (
-        session.execute(_query().where(chosen).order_by(Attachment.id)).tuples().all()
-    )
-    return [_stored(*row) for row in rows]
+    query = _query().where(chosen).order_by(Attachment.id)
+    return [_stored(*row) for row in session.execute(query)]
 
 
 def recent_attachments(
@@ -146,12 +143,12 @@ def recent_attachments(
         query = query.where(Attachment.id < before)
     if not removed:
         query = query.where(Attachment.removed_at.is_(None))
-    return [_stored(*row) for row in session.execute(query).tuples()]
+    return [_stored(*row) for row in session.execute(query)]
 
 
 def get_attachment(session: Session, key: int) -> StoredAttachment:
     """One attached file. Raises `LookupError`."""
-    row = session.execute(_query().where(Attachment.id == key)).tuples().one_or_none()
+    row = session.execute(_query().where(Attachment.id == key)).one_or_none()
     if row is None:
         raise LookupError(f"no attachment {key} in the store; pyroshock attachments lists them")
     return _stored(*row)

@@ -63,9 +63,10 @@ def _photograph(session: Session, attachment: StoredAttachment) -> Photograph:
     jpeg, width_px, height_px = reduced_picture(content_of(session, attachment.key), PRINTED_PX)
     facts = (
         f"{attachment.file_name}, attached to {_about(attachment)} by {attachment.author} on "
-        f"{attachment.attached_at:%Y-%m-%d}. SHA-256 of the file: {attachment.sha256}"
+        f"{attachment.attached_at:%Y-%m-%d}"
     )
-    return Photograph(attachment.caption or "", facts, jpeg, width_px, height_px)
+    caption, sha256 = attachment.caption or "", attachment.sha256
+    return Photograph(caption, facts, sha256, jpeg, width_px, height_px)
 
 
 def _about(attachment: StoredAttachment) -> str:
