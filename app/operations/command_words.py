@@ -98,8 +98,9 @@ NOUNS = {
     "notes": 'pyroshock notes add campaign rehearsal --text "retightened on day 2"\n'
     "pyroshock notes",
     "tags": "pyroshock tags add impact 1 doubtful\npyroshock impacts --where tag=doubtful",
-    "attachments": "pyroshock attachments add plate.jpg --campaign rehearsal\n"
-    "pyroshock attachments get 1 --out plate.jpg",
+    "attachments": "pyroshock show 1 --plot impact.png\n"
+    'pyroshock attachments add impact.png --impact 1 --caption "as recorded"\n'
+    "pyroshock attachments",
     "filters": 'pyroshock filters save hard-hits "/impacts?where=peak_force_n>1000"\n'
     "pyroshock filters",
     "users": "pyroshock users add anna --role engineer\npyroshock users",

@@ -138,8 +138,8 @@ with your name and the time.
 The file lies in the store under its SHA-256, which every reading compares. What it is, its bytes
 say and not its name: JPEG, PNG, GIF and WebP pictures are shown on pages and in reports; PDF, text,
 Office files and ZIP are handed out as files. HTML, SVG and XML are refused.""",
-    example='pyroshock attachments add plate.jpg --campaign rehearsal --caption "the plate"\n'
-    "pyroshock attachments add sensor.pdf --impact rehearsal/1/1",
+    example="pyroshock show 1 --plot impact.png\npyroshock attachments add impact.png --impact 1 "
+    '--caption "as recorded"',
     command=("attachments", "add"),
     route=("POST", "/attachments"),
     role=OPERATOR,
@@ -203,7 +203,9 @@ ATTACHMENT_GET: Operation[NamedAttachment, AttachedFile] = Operation(
     request=NamedAttachment,
     run=_get,
     help="Read an attached file, whose SHA-256 is compared, and write it with --out.",
-    example="pyroshock attachments get 1 --out plate.jpg",
+    example="pyroshock show 1 --plot impact.png\n"
+    "pyroshock attachments add impact.png --impact 1\n"
+    "pyroshock attachments get 1 --out again.png",
     command=("attachments", "get"),
     route=("GET", "/attachments/{attachment}"),
     role=READER,
@@ -244,7 +246,9 @@ ATTACHMENT_REMOVE: Operation[Removal, Outcome] = Operation(
     run=_remove,
     help="Take an attached file off, with a reason: pages and reports show it no more. It stays in "
     "the store, and `pyroshock attachments restore` puts it back.",
-    example='pyroshock attachments remove 1 --reason "it shows another plate"',
+    example="pyroshock show 1 --plot impact.png\n"
+    "pyroshock attachments add impact.png --impact 1\n"
+    'pyroshock attachments remove 1 --reason "of another impact"',
     command=("attachments", "remove"),
     route=("POST", "/attachments/{attachment}/remove"),
     role=ENGINEER,
@@ -267,7 +271,9 @@ ATTACHMENT_RESTORE: Operation[NamedAttachment, Outcome] = Operation(
     request=NamedAttachment,
     run=_restore,
     help="Put an attached file back that was removed.",
-    example='pyroshock attachments remove 1 --reason "it shows another plate"\n'
+    example="pyroshock show 1 --plot impact.png\n"
+    "pyroshock attachments add impact.png --impact 1\n"
+    'pyroshock attachments remove 1 --reason "of another impact"\n'
     "pyroshock attachments restore 1",
     command=("attachments", "restore"),
     route=("POST", "/attachments/{attachment}/restore"),
