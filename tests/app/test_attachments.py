@@ -95,6 +95,7 @@ def test_a_file_comes_back_bit_for_bit_and_lies_once_however_often_it_is_attache
 
 def test_what_is_refused_stores_nothing_and_says_why(lab: str, tmp_path: Path) -> None:
     rows_before = rows(lab)
+    words: tuple[str, ...]
     for name, content, words, said in (
         ("evil.png", HTML, ("--campaign", "spring"), "'evil.png' and cannot be taken: it is HTML"),
         ("none.txt", b"", ("--campaign", "spring"), "it is empty"),
@@ -107,8 +108,8 @@ def test_what_is_refused_stores_nothing_and_says_why(lab: str, tmp_path: Path) -
         answer = run_pyroshock("attachments", "add", tmp_path / name, *words, "--db", lab, code=2)
         assert said in answer.stderr
     attach(lab, tmp_path, "plate.jpg", picture(), "--campaign", "spring")
-    words = ("attachments", "add", tmp_path / "plate.jpg", "--campaign", "spring", "--db", lab)
-    assert "already, as attachment 1" in run_pyroshock(*words, code=2).stderr
+    twice = ("attachments", "add", tmp_path / "plate.jpg", "--campaign", "spring", "--db", lab)
+    assert "already, as attachment 1" in run_pyroshock(*twice, code=2).stderr
     assert rows_before == [0, 0, 0] and rows(lab) == [1, 1, 1]
 
 
