@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, false, or_, select, union
+from sqlalchemy import ColumnElement, Select, and_, false, or_, select, union
 
+from .attachments import PLAN, AttachedContent, AttachedPiece, Attachment
 from .benches import Gun, Hammer, Material, MaterialAlias, ModalTable, Mode, ModeShape, Plate
 from .campaigns import (
     Campaign,
@@ -19,6 +20,7 @@ from .campaigns import (
 from .corrections import FactCorrection
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
+from .notes import CAMPAIGN, IMPACT, RUN
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
 
 
@@ -39,6 +41,9 @@ def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnEleme
         "quality_findings": QualityFinding.recording_id == recording,
         "diagnoses": false(),
         "fact_corrections": false(),
+        "attachments": false(),
+        "attached_contents": false(),
+        "attached_pieces": false(),
     }
 
 
@@ -52,8 +57,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
     recordings = select(Recording.id).where(Recording.campaign_id == campaign)
     channels = select(RecordedChannel.id).where(RecordedChannel.recording_id.in_(recordings))
     impacts = select(Impact.id).where(Impact.campaign_id == campaign)
-    runs = _of_hits(campaign, "planned_run_id")
-    plans = select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
+    plans = _plans(campaign)
     planned = select(PlannedRun.configuration_id).where(PlannedRun.plan_id.in_(plans))
     configurations = or_(
         Configuration.id.in_(_of_hits(campaign, "configuration_id")), Configuration.id.in_(planned)
@@ -66,6 +70,8 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         Material.id.in_(select(Plate.material_id).where(Plate.id.in_(plates))),
     )
     pulses = Pulse.impact_id.in_(impacts)
+    attached = _attached(campaign, plans)
+    contents = select(Attachment.content_id).where(attached)
     return {
         "campaigns": own,
         "guns": Gun.id.in_(select(Campaign.gun_id).where(own)),
@@ -95,7 +101,36 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,
         "fact_corrections": FactCorrection.campaign_id == campaign,
+        "attachments": attached,
+        "attached_contents": AttachedContent.id.in_(contents),
+        "attached_pieces": AttachedPiece.content_id.in_(contents),
     }
+
+
+def attached_to_campaign(campaign: int) -> ColumnElement[bool]:
+    """The attachments of the campaign with this key and of its impacts, as a condition on
+    `attachments`: those that go with it. What is attached to its plans and their runs stays with
+    the plans."""
+    name = select(Campaign.name).where(Campaign.id == campaign).scalar_subquery()
+    return and_(Attachment.subject_kind.in_((CAMPAIGN, IMPACT)), Attachment.subject == name)
+
+
+def attached_with_campaign(campaign: int) -> ColumnElement[bool]:
+    """The attachments of the campaign with this key and of its impacts, and those of the plans that
+    it was recorded by and of their runs, as a condition on `attachments`."""
+    return _attached(campaign, _plans(campaign))
+
+
+def _attached(campaign: int, plans: Select[Any]) -> ColumnElement[bool]:
+    names = select(Plan.name).where(Plan.id.in_(plans))
+    of_plans = and_(Attachment.subject_kind.in_((PLAN, RUN)), Attachment.subject.in_(names))
+    return or_(attached_to_campaign(campaign), of_plans)
+
+
+def _plans(campaign: int) -> Select[Any]:
+    """The plans by which a campaign was recorded."""
+    runs = _of_hits(campaign, "planned_run_id")
+    return select(PlannedRun.plan_id).where(PlannedRun.id.in_(runs))
 
 
 def _of_hits(campaign: int, column: str) -> Select[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import (
+    attachments,
     audit,
     benches,
     campaign_counts,
@@ -24,6 +25,7 @@ from .base import Base
 metadata = Base.metadata
 
 __all__ = [
+    "attachments",
     "audit",
     "benches",
     "campaign_counts",

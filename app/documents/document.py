@@ -94,7 +94,27 @@ class ChartRow:
     figures: Sequence[Plot]
 
 
-Block = Paragraph | Bullets | Table | Bars | ChartRow
+@dataclass(frozen=True)
+class Photograph:
+    """A picture in the size in which it is printed, a JPEG; `facts` are told below its caption, and
+    the SHA-256 of the file that it was made of."""
+
+    caption: str
+    facts: str
+    sha256: str
+    jpeg: bytes
+    width_px: int
+    height_px: int
+
+
+@dataclass(frozen=True)
+class Photographs:
+    """Pictures with their captions, two beside each other where there is room."""
+
+    pictures: Sequence[Photograph]
+
+
+Block = Paragraph | Bullets | Table | Bars | ChartRow | Photographs
 
 
 @dataclass(frozen=True)
@@ -137,7 +157,7 @@ def _texts(part: object) -> Iterator[str]:
         yield part
     elif isinstance(part, Mapping):
         yield from _texts(list(part.items()))
-    elif isinstance(part, Sequence):
+    elif isinstance(part, Sequence) and not isinstance(part, bytes):
         for member in part:
             yield from _texts(member)
 

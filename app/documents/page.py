@@ -3,6 +3,7 @@ stick. `pdf` prints the same page."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -19,7 +20,10 @@ from .document import Block, Document, ShareBar, Table, cell_text, clean
 
 #: Of a page that is a file: it may ask for nothing, send nothing and run nothing, whatever it is
 #: made to hold.
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; base-uri 'none'"
+POLICY = (
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; form-action 'none'; "
+    "base-uri 'none'"
+)
 _TEMPLATES = Path(__file__).with_name("templates")
 #: Letters of a cell that stays on one line, of a word that a narrow column may break, and of the
 #: pieces that it is broken into.
@@ -92,8 +96,14 @@ def _environment() -> Environment:
         "bar_place": _bar_place,
         "chart": lambda plot: Markup(inline_svg(plot)),  # noqa: S704  # escaped by its renderer
         "legends": legends_of,
+        "in_page": _in_page,
     }
     return environment
+
+
+def _in_page(jpeg: bytes) -> Markup:
+    """The address of a picture that is its content (RFC 2397)."""
+    return Markup("data:image/jpeg;base64,") + base64.b64encode(jpeg).decode()
 
 
 def _cleaned(value: Any) -> Any:

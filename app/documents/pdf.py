@@ -7,6 +7,7 @@ it, and whatever else a page could name does not exist.
 
 from __future__ import annotations
 
+import base64
 import datetime as dt
 from io import BytesIO
 from threading import Lock
@@ -19,6 +20,8 @@ from .page import render, stylesheet
 _ONE_AT_A_TIME = Lock()
 #: Of a report without a date, which must have the same bytes each time.
 _NO_DATE = dt.date(2000, 1, 1)
+#: How the address of a picture begins that is its content.
+_PICTURE = "data:image/jpeg;base64,"
 #: Points of a page on its side that the columns of a table share, and the room between two.
 _ACROSS, _BETWEEN = 770.0, 7.0
 #: px by which a page may be too narrow for its content, which rounding is.
@@ -111,8 +114,14 @@ def lay_out(text: str, is_turned: bool = False) -> Any:
     class Fonts(plutoprint.ResourceFetcher):
         def fetch_url(self, url: str) -> Any:
             scheme, _, name = url.partition(":")
+            if url.startswith(_PICTURE):
+                return plutoprint.ResourceData(
+                    base64.b64decode(url.removeprefix(_PICTURE)), "image/jpeg"
+                )
             if scheme != "font":
-                raise ValueError(f"a report names {url!r}; it may name its fonts alone")
+                raise ValueError(
+                    f"a report names {url!r:.80}; it may name its fonts and pictures alone"
+                )
             return plutoprint.ResourceData(font_file(name.partition("-")[0]), "font/ttf")
 
     size = plutoprint.PAGE_SIZE_A4.landscape() if is_turned else plutoprint.PAGE_SIZE_A4

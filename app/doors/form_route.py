@@ -13,7 +13,7 @@ from starlette.responses import RedirectResponse, Response
 
 from ..operations.faults import Fault, RequestError, read
 from ..operations.fields import RecordedFile
-from ..operations.form import FILE, controls, form_page, is_recording, read_form
+from ..operations.form import FILE, controls, form_page, is_recording, read_form, upload_limits
 from ..operations.laboratory import Laboratory
 from ..operations.operation import Operation, Request
 from ..web.dependencies import InLaboratory, Running
@@ -22,25 +22,33 @@ from ..web.rendering import page
 from ..web.role_needs import role_of
 from .json_route import in_address
 
-#: Larger files are given by their path.
+#: Larger files are given by their path, but to fields that say what they take.
 _MOST_BYTES = 2_000_000
 
 
 async def sent_texts(http: HttpRequest) -> dict[str, list[str]]:
     """The texts of each control and of each file that was sent, and what the address holds."""
+    return await _sent(http, {})
+
+
+async def _sent(http: HttpRequest, limits: Mapping[str, int]) -> dict[str, list[str]]:
+    """`limits` are the largest files of the fields that say it; such a file is no text."""
     texts: dict[str, list[str]] = {}
     http.state.uploads = {}
     async with http.form() as form:
         for name, value in form.multi_items():
             if isinstance(value, UploadFile):
-                content = await value.read(_MOST_BYTES + 1)
-                if len(content) > _MOST_BYTES:
-                    words = f"{value.filename!r} has more than {_MOST_BYTES:,} bytes"
+                field_name = name.removesuffix(FILE)
+                most_bytes = limits.get(field_name, _MOST_BYTES)
+                content = await value.read(most_bytes + 1)
+                if len(content) > most_bytes:
+                    words = f"{value.filename!r:.120} has more than {most_bytes:,} bytes"
                     raise RequestError([Fault(name, f"{name}: {words}; expected a smaller file")])
-                texts[name] = [content.decode("utf-8-sig", "replace")]
+                if field_name not in limits:
+                    texts[name] = [content.decode("utf-8-sig", "replace")]
                 if value.filename:
                     uploaded = RecordedFile(name=value.filename, content=content)
-                    http.state.uploads[name.removesuffix(FILE)] = uploaded
+                    http.state.uploads[field_name] = uploaded
             else:
                 texts.setdefault(name, []).append(value)
     return texts | {name: [text] for name, text in in_address(http).items()}
@@ -52,12 +60,16 @@ SentTexts = Annotated[Mapping[str, list[str]], Depends(sent_texts)]
 def add_form(router: APIRouter, operation: Operation[Any, Any]) -> None:
     """Answer the form of an operation, and show it where no page of its own does."""
     action = form_page(operation).action
+    limits = upload_limits(operation)
+
+    async def texts_sent(http: HttpRequest) -> dict[str, list[str]]:
+        return await _sent(http, limits)
 
     def send(
         http: HttpRequest,
-        texts: SentTexts,
         laboratory: InLaboratory,
         running: Running,
+        texts: Mapping[str, list[str]] = Depends(texts_sent),
     ) -> Response:
         files = {
             name: uploaded

@@ -28,6 +28,15 @@ from ..operations.ingest.extract import EXTRACT, Extraction
 from ..operations.ingest.folder import INGEST
 from ..operations.ingest.request import FolderIngest
 from ..operations.operation import Answer, Operation, Result
+from ..operations.people.attachments import (
+    ATTACHMENT_ADD,
+    ATTACHMENT_GET,
+    ATTACHMENT_REMOVE,
+    ATTACHMENT_RESTORE,
+    NamedAttachment,
+    NewAttachment,
+    Removal,
+)
 from ..operations.predict.request import TwinOptions
 from ..operations.store.integrity import DB_CHECK, StoreCheck
 from ..operations.validate.request import ValidationRequest
@@ -225,6 +234,43 @@ class ExperimentStore:
         from ..operations.impacts.service import read_recording
 
         return read_recording(self.store, impact)
+
+    # --- photographs and documents
+
+    #: Attach a photograph or a document to a campaign, a run, an impact or a plan.
+    attach = PythonMethod(NewAttachment, ATTACHMENT_ADD)
+
+    #: An attached file, whose SHA-256 is compared: `.content` are its bytes, `.write(path)` writes
+    #: it.
+    attachment = PythonMethod(NamedAttachment, ATTACHMENT_GET)
+
+    #: Take an attached file off, with a reason.
+    remove_attachment = PythonMethod(Removal, ATTACHMENT_REMOVE)
+
+    #: Put an attached file back that was removed.
+    restore_attachment = PythonMethod(NamedAttachment, ATTACHMENT_RESTORE)
+
+    @raises_library_errors
+    def attachments(self, **settings: Any) -> pd.DataFrame:
+        """Attached photographs and documents, the newest first.
+
+        Parameters:
+            settings: The options of `pyroshock attachments list`: `campaign` (with its impacts),
+                `run`, `impact` or `plan` (by default all), `removed` (also those that were removed,
+                by default False) and `limit` (at most so many, by default all).
+
+        Returns:
+            An attached file in each row: its number, what it is attached to, name, media type, size
+            in bytes, SHA-256, size of a picture in pixels, caption, author and time.
+
+        Raises:
+            NotFoundError: For an unknown campaign, run, impact or plan.
+            InvalidValueError: For an unknown option, and for two of the four.
+        """
+        from ..operations.people.attachments import ATTACHMENT_LIST
+
+        rows = self._ask(ATTACHMENT_LIST, **settings).rows
+        return frame_of(rows, ("attachment", "about", "subject", "file_name"))
 
     # --- datasets and models
 

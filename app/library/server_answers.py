@@ -167,8 +167,7 @@ def _plain(request: Request, name: str, value: Any) -> Any:
     if isinstance(value, TextFile):
         return value.text
     if isinstance(value, RecordedFile):
-        content = value.content if value.path is None else value.path.read_bytes()
-        return {"name": value.name, "content": base64.b64encode(content).decode()}
+        return {"name": value.name, "content": base64.b64encode(value.read_bytes()).decode()}
     if isinstance(value, MachinePath):
         return str(value.path)
     return request.model_dump(mode="json", include={name})[name]

@@ -139,7 +139,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, TextFile):
         return {"name": value.name, "characters": len(value.text)}
     if isinstance(value, RecordedFile):
-        return {"name": value.name, "bytes": len(value.content)}
+        return {"name": value.name, "bytes": value.size_bytes}
     if isinstance(value, BaseModel):
         return _plain(value.model_dump(mode="json"))
     if isinstance(value, Mapping):

@@ -53,6 +53,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "users": "List the people who sign in; add, change or remove one.",
         "notes": "List the notes; write, change or withdraw one.",
         "tags": "List the tags; put one on something, or take it off.",
+        "attachments": "List the attached photographs and documents; add, get or remove one.",
         "filters": "List the saved filters of lists; save or delete one.",
         "audit": "List who has changed what.",
     },
@@ -97,6 +98,9 @@ NOUNS = {
     "notes": 'pyroshock notes add campaign rehearsal --text "retightened on day 2"\n'
     "pyroshock notes",
     "tags": "pyroshock tags add impact 1 doubtful\npyroshock impacts --where tag=doubtful",
+    "attachments": "pyroshock show 1 --plot impact.png\n"
+    'pyroshock attachments add impact.png --impact 1 --caption "as recorded"\n'
+    "pyroshock attachments",
     "filters": 'pyroshock filters save hard-hits "/impacts?where=peak_force_n>1000"\n'
     "pyroshock filters",
     "users": "pyroshock users add anna --role engineer\npyroshock users",

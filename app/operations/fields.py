@@ -225,6 +225,17 @@ class RecordedFile(BaseModel):
     content: bytes = b""
     path: Path | None = None
 
+    @property
+    def size_bytes(self) -> int:
+        """The size of the file; 0 of one that is not there."""
+        if self.path is None:
+            return len(self.content)
+        return self.path.stat().st_size if self.path.is_file() else 0
+
+    def read_bytes(self) -> bytes:
+        """All of its content."""
+        return self.content if self.path is None else self.path.read_bytes()
+
     @contextmanager
     def as_path(self) -> Iterator[Path]:
         """The file, or one with the content and the ending of the name."""
@@ -262,6 +273,53 @@ Recorded = Annotated[
     BeforeValidator(_recorded_file),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object"}]}),
 ]
+
+
+@dataclass(frozen=True)
+class MostBytes:
+    """The largest file that a field takes."""
+
+    number: int
+
+
+def any_file(most_bytes: int) -> Any:
+    """A field that takes a file of any format, of at most `most_bytes`: its path on the command
+    line and in Python, its name with its bytes in base64 over a network. A form uploads it."""
+
+    def of_value(value: Any, info: ValidationInfo) -> Any:
+        name, file = str(info.field_name), _file_of(value, info)
+        if file.path is not None and not file.path.is_file():
+            kind = "is a folder" if file.path.is_dir() else "does not exist"
+            raise ValueError(f"{name} is '{file.path}', which {kind}; expected the path of a file")
+        if file.size_bytes > most_bytes:
+            raise ValueError(
+                f"{name} is {file.name!r:.120} of {file.size_bytes:,} bytes; expected at most "
+                f"{most_bytes:,}"
+            )
+        return file
+
+    schema = WithJsonSchema({"type": "object"})
+    return Annotated[RecordedFile, BeforeValidator(of_value), schema, MostBytes(most_bytes)]
+
+
+def _file_of(value: Any, info: ValidationInfo) -> RecordedFile:
+    if isinstance(value, RecordedFile):
+        return value
+    is_here = source_of(info) != "network"  # a path from the network would be one of this machine
+    if is_here and isinstance(value, str | Path):
+        return RecordedFile(name=Path(value).name, path=Path(value))
+    try:
+        content = base64.b64decode(value["content"], validate=True)
+        return RecordedFile(name=value["name"], content=content)
+    except (TypeError, KeyError, ValueError) as error:  # whatever a client sends in its place
+        expected = '{"name": "plate.jpg", "content": its bytes in base64}'
+        raise ValueError(f"{info.field_name} is {value!r:.80}; expected {expected}") from error
+
+
+def most_upload_bytes(field: FieldInfo) -> int | None:
+    """The largest file that a field says it takes; None where it says nothing."""
+    limits = (entry.number for entry in _metadata(field) if isinstance(entry, MostBytes))
+    return next(limits, None)
 
 
 # --- lists, points and pairs

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from .faults import Fault, RequestError, bare, bounds, expectation, read, read_variant
-from .fields import RecordedFile, TextFile, presentation_of, spelling_of
+from .fields import RecordedFile, TextFile, most_upload_bytes, presentation_of, spelling_of
 from .operation import FormPage, Operation, Request
 
 #: Ending of the control that takes a file for a field whose text can be pasted, too.
@@ -219,6 +219,16 @@ def is_recording(operation: Operation[Any, Any], name: str) -> bool:
     """Whether a field takes a file of any format, with its name."""
     field = operation.request.model_fields.get(name)
     return field is not None and bare(field.annotation) is RecordedFile
+
+
+def upload_limits(operation: Operation[Any, Any]) -> dict[str, int]:
+    """The largest file of each field that says what it takes."""
+    limits = {
+        name: most_upload_bytes(field)
+        for request in operation.requests()
+        for name, field in request.model_fields.items()
+    }
+    return {name: limit for name, limit in limits.items() if limit is not None}
 
 
 def _own_fields(operation: Operation[Any, Any], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -121,6 +121,8 @@ def _encoded_object(value: Any) -> Any:
     if isinstance(value, date):  # a time is a date, too
         kind = "time" if isinstance(value, datetime) else "date"
         return {_MARK: kind, "value": value.isoformat()}
+    if isinstance(value, bytes):
+        return {_MARK: "bytes", "base64": base64.b64encode(value).decode()}
     if isinstance(value, PurePath):
         return {_MARK: "path", "value": str(value)}
     if (own := _OWN_ENCODERS.get(_name(type(value)))) is not None:
@@ -451,6 +453,7 @@ _READERS: dict[str, Callable[[Any], Any]] = {
     "objects": _objects,
     "number": _number,
     "choice": _choice,
+    "bytes": lambda data: base64.b64decode(data["base64"], validate=True),
     "time": lambda data: datetime.fromisoformat(data["value"]),
     "date": lambda data: date.fromisoformat(data["value"]),
     "path": _path,

@@ -35,6 +35,7 @@ from ..operations.faults import Fault, RequestError
 from ..pages import account as account_pages
 from ..pages import api as api_pages
 from ..pages import archive as archive_pages
+from ..pages import attachments as attachment_pages
 from ..pages import campaign_form as campaign_form_pages
 from ..pages import campaigns as campaign_pages
 from ..pages import compare as compare_pages
@@ -116,6 +117,7 @@ PAGES = (
     account_pages,
     people_pages,
     notes_pages,
+    attachment_pages,
     search_pages,
 )
 

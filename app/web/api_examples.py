@@ -12,6 +12,11 @@ from .api_field import ApiField
 #: Operation -> how the Python library asks for it, of a `store` that `ps.open` has opened.
 CLIENT_CALLS = {
     "adopt": 'store.adopt(store.diagnosis(1), effect="gun.valve_flow")',
+    "attachment-add": 'store.attach("plate.jpg", campaign="spring", caption="the plate")',
+    "attachment-get": 'store.attachment(1).write("plate.jpg")',
+    "attachment-list": 'store.attachments(campaign="spring")',
+    "attachment-remove": 'store.remove_attachment(1, reason="another plate")',
+    "attachment-restore": "store.restore_attachment(1)",
     "blind-check": "store.blind_check(cases=5)",
     "campaign-page": "store.campaigns()",
     "channel-window": 'store.recording(12)["force"].between(0.10, 0.11)',

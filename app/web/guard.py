@@ -20,6 +20,7 @@ from starlette.responses import JSONResponse, PlainTextResponse, RedirectRespons
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ...schema.person_roles import LOCAL, READER, Person
+from ..operations.people.attachments import MOST_BYTES
 from .forms import is_form
 from .settings import Settings, is_loopback
 from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cookie, session_of
@@ -29,8 +30,13 @@ INNER_SLASH = "\ue02f"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 #: Who sends a request of which nobody knows: it sees the page that asks to sign in.
 NOBODY = Person("nobody", READER, LOCAL)
-#: These take files.
+#: These take a campaign's files.
 UPLOADS = ("/ingest", "/api/ingest")
+#: A file that is attached: in a form as it is, in JSON as base64, with the other fields beside it.
+ATTACHMENTS = {
+    "/attachments": MOST_BYTES + 50_000,
+    "/api/attachments": 4 * (MOST_BYTES // 3 + 1) + 50_000,
+}
 _HEADERS = {
     # No address but this server's, whatever a page is made to hold. Styles within elements are the
     # widths of bars in tables; data: and blob: are pictures that a page makes itself.
@@ -163,6 +169,8 @@ class Guard:
         return request.url.path + (f"?{urlencode(query)}" if query else "")
 
     def _limit(self, path: str) -> int:
+        if path in ATTACHMENTS:
+            return ATTACHMENTS[path]
         return (
             self.settings.max_upload_bytes
             if path.startswith(UPLOADS)
@@ -170,6 +178,11 @@ class Guard:
         )
 
     def _too_large(self, path: str) -> str:
+        if path in ATTACHMENTS:
+            return (
+                f"the file has more than {MOST_BYTES:,} bytes, which is the most that is attached; "
+                "make the picture smaller, or divide the document"
+            )
         return f"more than {self._limit(path):,} bytes; larger campaigns: pyroshock ingest FOLDER"
 
     async def _limited(self, scope: Scope, receive: Receive, send: Send, limit: int) -> None:

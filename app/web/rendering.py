@@ -19,6 +19,7 @@ from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
 from ..figures.figure import Plot, PlotGrid
 from ..figures.page_renderer import FigureData, figure_data
+from .attachments_view import attachments_on, size_words
 from .notes_view import notes_on
 from .page_words import in_page_words
 from .static_files import static_address
@@ -67,9 +68,10 @@ def _environment() -> Environment:
         "figure_data": _figure_data,
         "when": when,
         "page_words": in_page_words,
+        "size": size_words,
     }
     environment.filters |= {"in_shown_units": in_shown_units, "filled": filled_columns}
-    environment.globals["notes_on"] = notes_on
+    environment.globals |= {"notes_on": notes_on, "attachments_on": attachments_on}
     environment.globals |= {"cell": cell, "menu": MENU, "static": static_address}
     return environment
 

@@ -17,24 +17,28 @@ READER, OPERATOR, ADMIN = ROLES = ("pyroshock_reader", "pyroshock_operator", "py
 #: Where Alembic keeps the revision.
 VERSION = "alembic_version"
 #: Rows of these are added and stay as they are, for every role but the admin: recordings, their
-#: calibration and samples, what the checks said of them, and who wrote what. Where the software
-#: itself must change one as an operator, a function does it that looks whether it may
-#: (`append_only.py`).
+#: calibration and samples, what the checks said of them, the content of attached files, and who
+#: wrote what. Where the software itself must change one as an operator, a function does it that
+#: looks whether it may (`append_only.py`).
 APPEND_ONLY = (
     *("recordings", "channels", "series_chunks", "quality_findings", "provenance"),
-    *("audit_rows", "notes"),
+    *("audit_rows", "notes", "attached_contents", "attached_pieces"),
 )
 #: People, and what they sign in with: an operator's login looks them up, and the admin's alone
 #: writes them. The hashes are nothing for a reader's.
 PEOPLE = ("users", *SECRET_TABLES)
 #: Of these an operator changes some columns: hits are linked to their plan and to corrected
-#: settings, pulses are taken into use, a campaign's bench is completed. To which recording and
-#: campaign they belong, and their figures, stay.
+#: settings, pulses are taken into use, a campaign's bench is completed, an attachment is removed or
+#: restored. To which recording and campaign they belong, and their figures, stay.
 _BY_SOFTWARE = ("written_by_id", "row_sha256")
 CHANGED_COLUMNS = {
     "impacts": ("planned_run_id", "configuration_id", *_BY_SOFTWARE),
     "shots": ("planned_run_id", "configuration_id", *_BY_SOFTWARE),
     "pulses": ("current", *_BY_SOFTWARE),
+    "attachments": (
+        *("removed_at", "removed_by", "removed_by_kind", "removal_reason"),
+        *_BY_SOFTWARE,
+    ),
     "campaigns": ("fingerprint", "gun_id", "hammer_id", "plate_id", "known_facts", *_BY_SOFTWARE),
 }
 #: Figures that are computed from the samples, and replaced when they are computed anew; versions

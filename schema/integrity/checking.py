@@ -10,6 +10,7 @@ from sqlalchemy.exc import DBAPIError
 from ..engine import first_line
 from ..recordings import RecordedChannel, Recording
 from ..rows import Progress, ProgressBar
+from .checks.attachments import check_attached_pieces, check_attachments
 from .checks.cross_table_rules import check_belonging
 from .checks.engine_rules import (
     check_database,
@@ -45,6 +46,7 @@ _THOROUGH: tuple[Check, ...] = (
     check_belonging,
     check_pulses,
     check_series,
+    check_attachments,
 )
 _FAST: tuple[Check, ...] = (
     check_pages,
@@ -52,6 +54,7 @@ _FAST: tuple[Check, ...] = (
     check_rows_without_bytes,
     check_belonging,
     check_chunks,
+    check_attached_pieces,
 )
 #: Of one campaign's own rows.
 _OF_A_CAMPAIGN: tuple[Check, ...] = (
@@ -61,6 +64,8 @@ _OF_A_CAMPAIGN: tuple[Check, ...] = (
     check_chunks,
     check_pulses,
     check_series,
+    check_attachments,
+    check_attached_pieces,
 )
 
 

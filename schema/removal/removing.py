@@ -9,10 +9,12 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, exists, func, select
 from sqlalchemy.orm import Session
 
+from ..attachments import AttachedContent, AttachedPiece, Attachment
 from ..campaign_counts import count_added
+from ..campaign_rows import attached_to_campaign
 from ..campaigns import Campaign, Configuration, Plan, PlannedRun
 from ..corrections import FactCorrection
 from ..diagnoses import Diagnosis, TwinVersion
@@ -86,6 +88,26 @@ def _content(session: Session, part: Part) -> Iterator[tuple[str, list[tuple[Any
 
 def _rows_of(session: Session, query: Any) -> list[tuple[Any, ...]]:
     return [tuple(row) for row in session.execute(query)]
+
+
+def attached_hash(session: Session, part: Part) -> str:
+    """SHA-256 of what is attached to a campaign and its impacts: of each file what it is attached
+    to, its name, caption and content, and when it was attached and removed.
+
+    It stands beside `content_hash`, by which the same recordings are known again, whatever was
+    attached to them.
+    """
+    columns = (
+        *(Attachment.subject_kind, Attachment.run, Attachment.repetition, Attachment.file_name),
+        *(Attachment.caption, AttachedContent.sha256, Attachment.author),
+        *(Attachment.attached_at, Attachment.removed_at, Attachment.removal_reason),
+    )
+    query = select(*columns).join(AttachedContent, Attachment.content_id == AttachedContent.id)
+    rows = _rows_of(session, query.where(attached_to_campaign(part.campaign_id)))
+    digest = hashlib.sha256()
+    for row in sorted(rows, key=repr):
+        digest.update(f"{tuple(map(_text, row))!r}\n".encode())
+    return digest.hexdigest()
 
 
 def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
@@ -253,10 +275,23 @@ def _rows(part: Part) -> list[tuple[Any, Any]]:
             (TwinVersion, TwinVersion.campaign_id == part.campaign_id),
             (Diagnosis, Diagnosis.campaign_id == part.campaign_id),
             (FactCorrection, FactCorrection.campaign_id == part.campaign_id),
+            *_attached_rows(part),
             *steps,
             (Campaign, Campaign.id == part.campaign_id),
         ]
     return steps
+
+
+def _attached_rows(part: Part) -> list[tuple[Any, Any]]:
+    """The attachments of a campaign, and the contents that nothing else has attached."""
+    own = attached_to_campaign(part.campaign_id)
+    elsewhere = exists().where(Attachment.content_id == AttachedContent.id, ~own)
+    alone = ~elsewhere.correlate(AttachedContent)
+    return [
+        (AttachedPiece, AttachedPiece.content_id.in_(select(AttachedContent.id).where(alone))),
+        (Attachment, own),
+        (AttachedContent, alone),
+    ]
 
 
 def _planned(session: Session, part: Part) -> list[int]:

@@ -23,6 +23,7 @@ from ..campaign_rows import members, members_of_recording
 from ..campaigns import Campaign
 from ..engine import StoreError, first_line, make_engine
 from ..integrity.checking import Check, checks, iter_findings
+from ..integrity.checks.attachments import check_attachments
 from ..integrity.checks.cross_table_rules import check_belonging
 from ..integrity.checks.engine_rules import check_database, check_references, check_values
 from ..integrity.checks.fingerprints import check_fingerprints
@@ -34,7 +35,7 @@ from ..integrity.findings import IntegrityFinding
 from ..listings import get_campaign_id
 from ..provenance import Provenance
 from ..removal.part import Part, campaign_part
-from ..removal.removing import content_hash
+from ..removal.removing import attached_hash, content_hash
 from ..rows import Progress, ProgressBar, TableDigest, Values, iter_batches, load
 from ..session import Store
 from ..tables import metadata
@@ -166,6 +167,7 @@ _CONTENT: tuple[Check, ...] = (
     check_belonging,
     check_pulses,
     check_series,
+    check_attachments,
 )
 #: Findings that a refusal names.
 _MOST_FINDINGS = 10
@@ -281,13 +283,14 @@ _BLOCK = 2**20
 
 @dataclass(frozen=True)
 class Archive:
-    """A file with one campaign: its absolute path, its SHA-256, and the hash of the campaign's
-    content."""
+    """A file with one campaign: its absolute path, its SHA-256, the hash of the campaign's
+    content, and that of what is attached to it."""
 
     path: Path
     sha256: str
     campaign: str
     content_hash: str
+    attached_hash: str
 
 
 def write_archive(
@@ -311,12 +314,13 @@ def write_archive(
         ForeignFileError: Where the file does not hold what the store holds.
     """
     with store.reading() as session:
-        expected = content_hash(session, campaign_part(session, campaign))
+        part = campaign_part(session, campaign)
+        expected = (campaign, content_hash(session, part), attached_hash(session, part))
     if not out.exists():
         export_campaign(store, campaign, out, progress)
         _to_disk(out)
     archive = read_archive(out, progress)
-    if (archive.campaign, archive.content_hash) != (campaign, expected):
+    if (archive.campaign, archive.content_hash, archive.attached_hash) != expected:
         raise ForeignFileError(
             f"{out} does not hold campaign {campaign!r} as the store has it "
             f"now; nothing was deleted: name a new file"
@@ -357,8 +361,9 @@ def archive_of(file: Path, origin: Connection) -> Archive:
             f"pyroshock db import takes it"
         )
     with Session(origin) as session:
-        digest = content_hash(session, campaign_part(session, names[0]))
-    return Archive(file.resolve(), _sha256(file), names[0], digest)
+        part = campaign_part(session, names[0])
+        digests = content_hash(session, part), attached_hash(session, part)
+    return Archive(file.resolve(), _sha256(file), names[0], *digests)
 
 
 def _sha256(file: Path) -> str:

@@ -53,6 +53,7 @@ def _shot(row: Row) -> Mapping[str, Any]:
 
 _OTHER_RUN = "a corrected run gets a number of its own; import into a store of its own to compare"
 _CONSTANTS = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa")
+_ATTACHED_TO = ("subject_kind", "subject", "run", "repetition")
 _PLANNED = ("position", "repetitions", "configuration_id", "treatment", "settings")
 
 #: In the order of their references. A fingerprint vouches for a row's content
@@ -96,6 +97,9 @@ RULES = (
     MergeRule("quality_findings", owner="recording_id"),
     MergeRule("fact_corrections", owner="campaign_id"),
     MergeRule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
+    MergeRule("attached_contents", ("sha256",)),
+    MergeRule("attached_pieces", owner="content_id"),
+    MergeRule("attachments", (*_ATTACHED_TO, "content_id", "attached_at"), same=columns("author")),
 )
 
 

@@ -145,7 +145,7 @@ COMMAND_LINES = (
     "tune --target target.csv", "diagnose spring", "diagnoses adopt 1",
     "report spring --out report.html",
     "serve --port 0", "work --once",
-    "users", "audit", "notes", "tags", "filters", "search x",
+    "users", "audit", "notes", "tags", "attachments", "filters", "search x",
     "jobs", "export impacts --out impacts.csv", "materials", "db check",
     # The rest of a group whose first command is above.
     "campaigns deleted", "campaigns delete spring --reason r",

@@ -37,6 +37,15 @@ ATTACKS = {
     "change a note": "UPDATE notes SET text = 'x' WHERE text IS NOT NULL",
     "take a note's author": "UPDATE notes SET author = 'x'",
     "delete notes": "DELETE FROM notes",
+    "change what is attached": "UPDATE attached_pieces SET data = 'x'",
+    "give a content another hash": "UPDATE attached_contents SET sha256 = repeat('0', 64)",
+    "call a picture something else": "UPDATE attached_contents SET media_type = 'text/plain'",
+    "delete what is attached": "DELETE FROM attached_pieces",
+    "delete contents": "DELETE FROM attached_contents",
+    "change a caption": "UPDATE attachments SET caption = 'x'",
+    "attach it to something else": "UPDATE attachments SET subject = 'x', content_id = 1",
+    "attach it as somebody else": "UPDATE attachments SET author = 'x'",
+    "delete attachments": "DELETE FROM attachments",
     "raise a role": "UPDATE users SET role = 'administrator'",
     "take back a removed user": "UPDATE users SET removed_at = NULL",
     "add an administrator": _USER,
@@ -56,6 +65,8 @@ READING = {
     "write the trail": "INSERT INTO audit_rows SELECT * FROM audit_rows",
     "write a note": "INSERT INTO notes SELECT * FROM notes",
     "take a tag off": "DELETE FROM tags",
+    "attach a file": "INSERT INTO attachments SELECT * FROM attachments",
+    "remove what is attached": "UPDATE attachments SET removed_at = NULL",
 }
 
 

@@ -14,7 +14,7 @@ from ....schema.conditions import has_campaign
 from ....schema.diagnoses import Diagnosis, TwinVersion
 from ....schema.provenance import CAMPAIGN, Tombstone
 from ....schema.removal.part import Part, campaign_part
-from ....schema.removal.removing import content_hash
+from ....schema.removal.removing import attached_hash, content_hash
 from ....schema.removal.returning import restore_references
 from ....schema.rows import Progress
 from ....schema.session import Store
@@ -72,8 +72,10 @@ def archive_campaign(
 
     def delete(session: Session) -> dict[str, Any]:
         file = (str(archive.path), archive.sha256)
-        stone = removal_lines(session, campaign_part(session, campaign), words, models, file)
-        if stone.content_hash != archive.content_hash:
+        own_part = campaign_part(session, campaign)
+        attached = attached_hash(session, own_part)
+        stone = removal_lines(session, own_part, words, models, file)
+        if (stone.content_hash, attached) != (archive.content_hash, archive.attached_hash):
             raise RestoreRefusedError(
                 f"campaign {campaign!r} changed while it was written to "
                 f"{out}: nothing was deleted; name a new file"

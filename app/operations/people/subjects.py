@@ -1,5 +1,5 @@
-"""What notes and tags are about: a campaign, a run of a plan, an impact, a version of a model, by
-the words that people use."""
+"""What notes, tags and attached files are about: a campaign, a run of a plan, an impact, a plan, a
+version of a model, by the words that people use."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Subject:
 
     @property
     def text(self) -> str:
-        """As a person writes it: "spring", "autumn/3", "spring/3/1", "gp@1"."""
+        """As a person writes it: "spring", "autumn/3", "spring/3/1", "autumn", "gp@1"."""
         numbers = [str(n) for n in (self.run, self.repetition) if n != _NO_NUMBER]
         return "/".join([self.name, *numbers])
 
@@ -65,7 +65,7 @@ class Subject:
         }
 
     def is_of(self, table: Any) -> ColumnElement[bool]:
-        """The condition of the rows of `schema.notes` that are about it."""
+        """The condition of the rows of a table that are about it (`schema.notes`)."""
         from sqlalchemy import and_
 
         return and_(*(getattr(table, name) == value for name, value in self.columns().items()))
@@ -74,6 +74,8 @@ class Subject:
         """The address of its page; empty of an impact that is not in the store now."""
         if self.kind == "campaign":
             return f"/campaigns/{quote(self.name, safe='')}"
+        if self.kind == "plan":
+            return f"/plans/{quote(self.name, safe='')}"
         if self.kind == "run":
             return f"/plans/{quote(self.name, safe='')}/sheet?run={self.run}"
         if self.kind == "model":
@@ -95,6 +97,9 @@ def find_subject(session: Session, kind: str, text: str) -> Subject:
 
     if kind == "campaign":
         if exists(select(Campaign.id).where(Campaign.name == text)):
+            return Subject(kind, text)
+    elif kind == "plan":
+        if exists(select(Plan.id).where(Plan.name == text)):
             return Subject(kind, text)
     elif kind == "run":
         if match := _RUN.fullmatch(text):
@@ -126,6 +131,7 @@ def find_subject(session: Session, kind: str, text: str) -> Subject:
 _HOW = {
     "campaign": "pyroshock campaigns lists them",
     "run": "name it as PLAN/RUN, such as autumn/3; pyroshock plans show PLAN lists the runs",
+    "plan": "pyroshock plans lists them",
     "impact": "give its number or CAMPAIGN/RUN/REPETITION; pyroshock impacts lists them",
     "model": "name it as NAME@VERSION; pyroshock models lists them",
 }

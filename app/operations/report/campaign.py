@@ -42,6 +42,7 @@ from ..ingest.recording_quality import (
     recording_quality,
     worst_finding,
 )
+from .attached import attached_section
 from .campaign_pulses import pulses_of, pulses_section, shots_of, shots_section
 
 Rows = Sequence[Mapping[str, Any]]
@@ -61,6 +62,7 @@ def campaign_document(session: Session, name: str) -> Document:
         planned_section(session, key, name),
         *([pulses_section(pulses_of(session, name), name)] if impacts else []),
         *([shots_section(shots_of(session, name), name)] if shots else []),
+        attached_section(session, key),
     ]
     facts = {
         "Kind": campaign.kind,

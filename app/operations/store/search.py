@@ -1,5 +1,5 @@
 """Search in everything that people name: campaigns, recordings, impacts, plans, models, datasets,
-diagnoses, materials, notes, tags and saved filters."""
+diagnoses, materials, notes, attachments, tags and saved filters."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ PLURALS = {
     "diagnosis": "diagnoses",
     "material": "materials",
     "note": "notes",
+    "attachment": "attachments",
     "tag": "tags",
     "filter": "saved filters",
 }
@@ -106,7 +107,7 @@ SEARCH: Operation[SearchQuestion, FoundThings] = Operation(
     request=SearchQuestion,
     run=_search,
     help="""Find campaigns, recordings, impacts, plans, models, datasets, diagnoses, materials,
-notes, tags and saved filters by words.
+notes, attachments, tags and saved filters by words.
 
 All words must appear. Recordings and notes are looked through from the newest back to 50,000.""",
     example="pyroshock search rehearsal\npyroshock search steel",
@@ -307,6 +308,24 @@ def _filters(session: Session, words: Sequence[str], limit: int) -> Iterator[_Fo
         yield row.name, row.author, f"{row.page}?{row.filter}" if row.filter else row.page
 
 
+def _attachments(session: Session, words: Sequence[str], limit: int) -> Iterator[_Found]:
+    from sqlalchemy import select
+
+    from ....schema.attachments import Attachment
+    from ..people.stored_attachments import get_attachment
+
+    row = Attachment
+    query = select(row.id).where(
+        row.removed_at.is_(None), *_all_words(words, row.file_name, row.caption, row.author)
+    )
+    for key in session.scalars(query.order_by(row.id.desc()).limit(limit)):
+        attachment = get_attachment(session, key)
+        subject = attachment.subject
+        about = f"attached to {subject.kind} {subject.text}, {attachment.author}"
+        name = " ".join((attachment.caption or attachment.file_name).split())
+        yield f"{name[:120]}…" if len(name) > 120 else name, about, subject.page(session)
+
+
 _Find = Callable[["Session", Sequence[str], int], Iterator[_Found]]
 _KINDS: Mapping[str, _Find] = {
     "campaign": _campaigns,
@@ -316,6 +335,7 @@ _KINDS: Mapping[str, _Find] = {
     "dataset": _datasets,
     "diagnosis": _diagnoses,
     "note": _notes,
+    "attachment": _attachments,
     "tag": _tags,
     "filter": _filters,
     "material": _materials,

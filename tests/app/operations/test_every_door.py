@@ -94,6 +94,10 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "tag-list": {"tag": "doubtful"},
     "tag-add": {"about": "impact", "subject": "shelf/1/1", "tag": "doubtful"},
     "tag-remove": {"about": "impact", "subject": "1", "tag": "doubtful"},
+    "attachment-list": {"campaign": "shelf"},
+    "attachment-get": {"attachment": 1},
+    "attachment-remove": {"attachment": 1, "reason": "it was another plate"},
+    "attachment-restore": {"attachment": 1},
     "filter-list": {},
     "filter-save": {"name": "doubtful", "address": "/impacts?where=tag=doubtful"},
     "filter-delete": {"name": "doubtful"},
@@ -193,6 +197,11 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "common_u": "5mbar",
     },
 }
+#: A text that is attached to the campaign: its table of runs.
+_ATTACHED: list[tuple[str, dict[str, Any]]] = [
+    ("ingest", {"path": "{campaign}"}),
+    ("attachment-add", {"file": "{campaign}/runs.csv", "campaign": "shelf"}),
+]
 #: What is answered before, so that the store has what the example names.
 BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
     **{
@@ -240,6 +249,8 @@ BEFORE: dict[str, list[tuple[str, dict[str, Any]]]] = {
         for name in ("note-list", "note-withdraw", "tag-list", "tag-remove")
     },
     **{key: [("ingest", {"path": "{campaign}"})] for key in ("note-add", "tag-add")},
+    **dict.fromkeys(("attachment-list", "attachment-get", "attachment-remove"), _ATTACHED),
+    "attachment-restore": [*_ATTACHED, ("attachment-remove", {"attachment": 1, "reason": "wrong"})],
     **{
         key: [("filter-save", {"name": "doubtful", "address": "/impacts?where=tag=doubtful"})]
         for key in ("filter-list", "filter-delete")
@@ -269,6 +280,8 @@ ANSWERED_ELSEWHERE |= {
     "run-replace",
     "describe",
 }
+#: A file has another name at each door (tests/app/web/test_attachments.py).
+ANSWERED_ELSEWHERE |= {"attachment-add"}
 #: The roles of a server, and a store that must not be there before.
 ANSWERED_ELSEWHERE |= {"db-roles", "db-restore"}
 #: These are a signed-in person's own (tests/app/web/test_people.py, test_notes.py).
@@ -289,6 +302,9 @@ _OF_THE_MOMENT = {
     "written_at",
     "author",
     "author_kind",
+    "attached_at",
+    "removed_at",
+    "removed_by",
     "diagnosed_at",
     "deleted_at",
     "asked_at",

@@ -134,7 +134,8 @@ def test_the_calls_of_the_library_are_methods_that_it_has(client: TestClient) ->
         assert names and all(
             hasattr(ExperimentStore, name)
             or hasattr(PlanCollection, name)
-            or name in ("predict", "tune", "quality", "between", "to_frame", "view", "cancel")
+            or name
+            in ("predict", "tune", "quality", "between", "to_frame", "view", "cancel", "write")
             for name in names
         ), call
 

@@ -32,7 +32,7 @@ PAGES = (
     "/compare/spectra?impacts=1", "/models", "/models/compare?version=linear@1&version=tree@1",
     "/models/linear/1", "/datasets", f"/datasets/{DATASET}", "/plans", f"/plans/{AT}",
     f"/plans/{AT}/sheet", "/diagnoses", "/diagnoses/1", "/diagnoses/1/figures", "/twin",
-    "/notes", "/explore", "/explore/selection?select_y=0:1e9",
+    "/notes", "/attachments", "/explore", "/explore/selection?select_y=0:1e9",
 )  # fmt: skip
 #: What pages of reading may not load: each takes tenths of seconds and tens of megabytes.
 HEAVY = ("torch", "mlflow", "pandas", "matplotlib", "sklearn", "pyarrow", "gpytorch", "pint")

@@ -30,6 +30,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     run_pyroshock("notes", "withdraw", "4", "--reason", "r", *words)
     run_pyroshock("tags", "add", "impact", "1", "doubtful", *words)
     run_pyroshock("filters", "save", "hard hits", "/impacts?where=peak_force_n%3E1", *words)
+    for name, place in (("bench.txt", "Spring 100%"), ("gone.txt", "Spring 100%")):
+        (folder / name).write_text(name)
+        run_pyroshock(
+            *("attachments", "add", folder / name, "--campaign", place),
+            *("--caption", f"a calliper beside the {name[:4]}", *words),
+        )
+    run_pyroshock("attachments", "remove", "2", "--reason", "r", *words)
     with window(db, works=False) as (client, store):
         make_plan(store, "factorial", "spring-plan", kind="hammer", repetitions=1)
         yield client, db
@@ -37,6 +44,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
 
 @pytest.mark.parametrize(("words", "hits"), [
     ("spring", {("campaign", "/campaigns/Spring%20100%25"), ("plan", "/plans/spring-plan")}),
+    ("calliper", {("attachment", "/campaigns/Spring%20100%25")}),
+    ("bench.txt", {("attachment", "/campaigns/Spring%20100%25")}),
     ("loose PLATE", {("note", "/campaigns/Spring%20100%25")}),
     ("loose nowhere", set()),
     ("new word", {("note", "/impacts/1")}),

@@ -14,12 +14,15 @@ from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.ingest.storing.plan_link import link_campaign
 from pyroshock.ingest.storing.reextraction import reextract_recording
+from pyroshock.schema.attached_files import store_content
+from pyroshock.schema.attachments import Attachment
 from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
 from pyroshock.schema.corrections import FactCorrection
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.jobs import Job
+from pyroshock.schema.person_roles import SYSTEM
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from pyroshock.schema.registered_models import RegisteredVersion
@@ -40,6 +43,8 @@ from support.records.campaigns import (
 from support.stores.hammer_stores import HITS, full_campaign, url_of
 from support.stores.stores import ingested, opened
 
+#: What is attached to the campaign of the hammer.
+DOCUMENT = b"certificate of the load cell: 1.000 +- 0.005\n"
 HAMMER, GUN, OTHER = "spring", "gun", "autumn"
 RECORDINGS = 2
 WHEN = dt.datetime(2026, 3, 2, 12, 30, 15, 250, tzinfo=dt.timezone(dt.timedelta(hours=2)))
@@ -155,6 +160,16 @@ def _fill(store: Store) -> None:
                 value="12",
                 reason="measured anew",
                 corrected_at=WHEN,
+            )
+        )
+        about = {"subject_kind": "campaign", "subject": HAMMER, "author": "a"}
+        session.add(
+            Attachment(
+                **about,
+                author_kind=SYSTEM,
+                content_id=store_content(session, DOCUMENT).id,
+                file_name="sensor.txt",
+                attached_at=WHEN,
             )
         )
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))

@@ -6,6 +6,8 @@ from __future__ import annotations
 from datetime import UTC, datetime
 
 from pyroshock.app.operations.people.stored_users import add_user, hash_of_token, new_token
+from pyroshock.schema.attached_files import store_content
+from pyroshock.schema.attachments import Attachment
 from pyroshock.schema.audit import AuditRow
 from pyroshock.schema.notes import Note, SavedFilter, Tag
 from pyroshock.schema.person_roles import ENGINEER, READER, SYSTEM, USER
@@ -13,11 +15,16 @@ from pyroshock.schema.users import PersonalToken
 from sqlalchemy.orm import Session
 
 WHEN = datetime(2026, 1, 7, tzinfo=UTC)
+#: The smallest picture: GIF, one pixel by one.
+PICTURE = bytes.fromhex(
+    "47494638396101000100800000000000ffffff21f90401000000002c00000000010001000002024401003b"
+)
 NAME, PASSWORD = "anna", "four quiet grey herons"
 
 
 def add_people_rows(session: Session, subject: str) -> None:
-    """A row at least of each table; the notes and the tag are about the campaign `subject`."""
+    """A row at least of each table; what is written and attached is about the campaign
+    `subject`."""
     user = add_user(session, NAME, ENGINEER, PASSWORD)
     session.add(
         PersonalToken(
@@ -48,6 +55,19 @@ def add_people_rows(session: Session, subject: str) -> None:
     session.flush()
     session.add(Note(**about, first_id=first.id, text="the plate was firm", written_at=WHEN))
     session.add(Note(**about, first_id=first.id, reason="another campaign", written_at=WHEN))
+    session.add(
+        Attachment(
+            **about,
+            content_id=store_content(session, PICTURE).id,
+            file_name="plate.gif",
+            caption="the plate",
+            attached_at=WHEN,
+            removed_at=WHEN,
+            removed_by=NAME,
+            removed_by_kind=USER,
+            removal_reason="another plate",
+        )
+    )
     session.add(Tag(**about, word="doubtful", tagged_at=WHEN))
     session.add(
         SavedFilter(**author, name="hard hits", page="/impacts", filter="where=x>1", saved_at=WHEN)
