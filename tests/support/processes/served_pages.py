@@ -72,6 +72,7 @@ PAGES = {
     "check": "/ingest/checks/{checked}",
     "campaign-form": "/ingest/forms/{described}",
     "notes": "/notes",
+    "attachments": "/attachments",
     "search": "/search?words=rehearsal",
     "account": "/account",
     "users": "/users",
