@@ -20,6 +20,7 @@ from .corrections import FactCorrection
 from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+from .run_predictions import RunPrediction
 
 
 def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnElement[bool]]:
@@ -39,6 +40,7 @@ def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnEleme
         "quality_findings": QualityFinding.recording_id == recording,
         "diagnoses": false(),
         "fact_corrections": false(),
+        "run_predictions": false(),
     }
 
 
@@ -82,6 +84,9 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "factors": Factor.id.in_(factors),
         "plans": Plan.id.in_(plans),
         "planned_runs": PlannedRun.plan_id.in_(plans),
+        "run_predictions": RunPrediction.planned_run_id.in_(
+            select(PlannedRun.id).where(PlannedRun.plan_id.in_(plans))
+        ),
         "recordings": Recording.campaign_id == campaign,
         "channels": RecordedChannel.recording_id.in_(recordings),
         "series_chunks": SeriesChunk.channel_id.in_(channels),

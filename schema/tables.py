@@ -16,6 +16,7 @@ from . import (
     provenance,
     recordings,
     registered_models,
+    run_predictions,
     saved_views,
     users,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "provenance",
     "recordings",
     "registered_models",
+    "run_predictions",
     "saved_views",
     "users",
 ]
