@@ -404,11 +404,12 @@ def _forecast_run(item: tuple[int, ShotRow], context: ForecastContext) -> Foreca
 
     run, row = item
     built = context.twins[row.twin]
+    lacking = _lacking_model(built) if context.by_model_in_use else ""
+    twin = _gun_alone(built) if lacking else built
     try:
-        prediction = predict_shot(built, row.shot, draws=context.draws, seed=context.seed)
+        prediction = predict_shot(twin, row.shot, draws=context.draws, seed=context.seed)
     except (LookupError, ValueError) as error:
         return str(error)
-    lacking = _lacking_model(built) if context.by_model_in_use else ""
     is_set = row.shot.impact_velocity_m_s is not None
     values = forecast_values(prediction, lacking, is_set=is_set)
     if not values["drawn"]:
@@ -428,6 +429,16 @@ def _lacking_model(built: BuiltTwin) -> str:
     )
 
 
+def _gun_alone(built: BuiltTwin) -> BuiltTwin:
+    """The twin with a contact that costs nothing and no plate, of which the velocity alone is
+    read."""
+    from ....twin.contact.stage import LawContact
+    from ....twin.plate.stage import PlateStage
+
+    bare = replace(built.twin, contact=LawContact("hann"), plate=PlateStage({}), calibration=None)
+    return replace(built, twin=bare)
+
+
 def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> dict[str, Any]:
     """Values of the columns of a stored prediction.
 
@@ -438,7 +449,12 @@ def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> di
     """
     from ....schema.run_predictions import QUANTITIES
     from ...common.run_forecasts import band_of, key_of_peak
-    from ..predict.validity import warning_sentences
+    from ..predict.validity import (
+        bench_limit_sentences,
+        extrapolation_sentence,
+        extrapolations,
+        warning_sentences,
+    )
 
     draws = prediction.draws
     drawn: dict[str, Floats] = {} if is_set else {"velocity_m_s": draws.velocity_m_s}
@@ -461,12 +477,20 @@ def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> di
             quantity, band_of(quantity, kept[quantity]) if quantity in kept else None
         )
     }
+    warnings = (
+        (
+            *map(extrapolation_sentence, extrapolations(prediction)),
+            *bench_limit_sentences(prediction),
+        )
+        if lacking  # of the stages behind the gun nothing is said
+        else warning_sentences(prediction)
+    )
     return {
         **columns,
         "models": _models(prediction, lacking),
         "drawn": kept,
         "spectra": None if lacking else _spectra(prediction),
-        "warnings": list(map(str, warning_sentences(prediction))),
+        "warnings": list(map(str, warnings)),
         "remarks": remarks,
     }
 

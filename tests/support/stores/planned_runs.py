@@ -31,10 +31,10 @@ def record_run(
     run: int,
     repetitions: Iterable[int] = (1,),
     stored_at: dt.datetime | None = None,
-    **values: Any,
+    **columns: Any,
 ) -> None:
     """Shots or impacts of a planned run, each with a recording of its own, in a campaign of the
-    plan's name; stored at this time, by default now. `values` are columns of theirs."""
+    plan's name; stored at this time, by default now. `columns` are values of theirs."""
     with store.writing() as session:
         planned, kind = _planned(session, plan, run)
         values = {"kind": kind, "date": dt.date(2026, 1, 2), "fingerprint": plan}
@@ -55,7 +55,7 @@ def record_run(
                     planned_run_id=planned.id,
                     recording_id=recording.id, run=run, repetition=repetition,
                     stored_at=stored_at or dt.datetime.now(dt.UTC),
-                    **((_SHOT if table is Shot else {}) | values),
+                    **((_SHOT if table is Shot else {}) | columns),
                 )
             )  # fmt: skip
 
