@@ -69,7 +69,7 @@ class BandTest:
         """What the number of shots says of the band."""
         label = quantity_label(self.quantity)
         counted = (
-            "Of {shots} shot{plural}, {inside} lie in the 90 % band of the "
+            "Of {shots} shot{plural}, {inside} {lie} in the 90 % band of the "
             + label
             + " ({share}; 95 % interval {interval})"
         )
@@ -94,6 +94,7 @@ class BandTest:
             (HOLDS, counted + ": the band holds, as far as these shots can tell."),
             shots=Number("shots", self.shots, "count"),
             plural="" if self.shots == 1 else "s",
+            lie="lies" if self.inside == 1 else "lie",
             inside=Number("inside", self.inside, "count"),
             share=Number("share", self.share, "share"),
             interval=Interval("interval", *self.interval),
