@@ -393,6 +393,40 @@ def forecast_of_impact(
     return None
 
 
+def velocities_before(
+    session: Session, shots: Sequence[int]
+) -> dict[int, tuple[float, float | None]]:
+    """The velocity that was predicted before shots.
+
+    Parameters:
+        session: A session of the store.
+        shots: Keys of shots.
+
+    Returns:
+        By the key of the shot the median (m/s), and the rank of the measured velocity among the
+        predicted ones, from 0 to 1, None where none was measured; a shot without a prediction that
+        was made before it is left out.
+    """
+    links: list[tuple[int, int, float | None]] = []
+    for keys in in_batches(shots):
+        query = select(Shot.id, Shot.planned_run_id, Shot.measured_velocity_m_s)
+        query = query.where(Shot.id.in_(keys), Shot.planned_run_id.is_not(None))
+        links += [
+            (key, run, value) for key, run, value in session.execute(query) if run is not None
+        ]
+    bands = {
+        run: band
+        for run, forecast in forecasts_of(session, {run for _, run, _ in links}).items()
+        for band in forecast.bands
+        if band.quantity == QUANTITIES[0]
+    }
+    return {
+        key: (bands[run].median, None if value is None else bands[run].rank_of(value))
+        for key, run, value in links
+        if run in bands
+    }
+
+
 def comparison_rows(comparisons: Sequence[BandComparison]) -> list[dict[str, Any]]:
     """Compared quantities as rows for people, in the units of the field."""
     return rows_of_json([comparison.as_json() for comparison in comparisons])

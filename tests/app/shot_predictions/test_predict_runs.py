@@ -25,6 +25,7 @@ from pyroshock.schema.run_predictions import QUANTITIES, RunPrediction, lower_of
 from pyroshock.schema.transfer.export import export_campaign
 from pyroshock.schema.transfer.merging import import_file
 from sqlalchemy import delete, select, update
+from sqlalchemy.orm import undefer
 from support.processes.web_client import window
 from support.records.campaigns import gun_campaign
 from support.stores.planned_runs import find_fault, record_run
@@ -50,8 +51,9 @@ def stored(url: str) -> dict[int, list[RunPrediction]]:
         query = select(PlannedRun.run, RunPrediction).join(
             PlannedRun, RunPrediction.planned_run_id == PlannedRun.id
         )
-        for run, row in session.execute(query.order_by(RunPrediction.id)):
-            assert row.drawn is not None and (row.spectra or True)
+        read_at_once = (undefer(RunPrediction.drawn), undefer(RunPrediction.spectra))
+        query = query.options(*read_at_once).order_by(RunPrediction.id)
+        for run, row in session.execute(query):
             rows.setdefault(run, []).append(row)
     return rows
 
@@ -206,6 +208,22 @@ def test_shots_are_compared_in_units_in_band_widths_and_by_rank(url: str) -> Non
     assert "Of 2 shots, 1 lies in the 90 % band" in printed
 
 
+def test_predicted_velocity_and_rank_are_drawn_by_explore(url: str) -> None:
+    predict(url, runs="1")
+    (row,) = stored(url)[1]
+    assert row.velocity_upper_m_s is not None
+    shoot(url, 1, 2 * row.velocity_upper_m_s)
+    with opened(url) as store:
+        answer = ExperimentStore(store, url).explore(
+            subject="shots", x="expected_velocity_m_s", y="velocity_rank"
+        )
+    columns = answer.rows.columns
+    draws = len(row.drawn["velocity_m_s"])
+    # three shots of another campaign have no prediction
+    assert list(columns["expected_velocity_m_s"].values) == [None] * 3 + [row.velocity_m_s]
+    assert columns["velocity_rank"].values[3] == pytest.approx((draws + 0.5) / (draws + 1))
+
+
 def test_sheet_says_what_is_expected(url: str, tmp_path: Path) -> None:
     with opened(url) as store, store.reading() as session:
         before = sheet_of(read_plan(session, PLAN))
@@ -223,7 +241,7 @@ def test_sheet_says_what_is_expected(url: str, tmp_path: Path) -> None:
             assert sheet.expected_of(row) == []
             continue
         assert tuple(label for label, _ in sheet.expected_of(row)) == labels
-        median, lower, upper = run.expected["peak_force_n"]
+        median, lower, _ = run.expected["peak_force_n"]
         words = dict(sheet.expected_of(row))["expected peak force (kN)"]
         assert words.startswith(f"{median / 1e3:.3g} ({lower / 1e3:.3g}–")
     run_pyroshock("plan", "sheet", PLAN, "--out", tmp_path / "sheet.html", "--db", url)
