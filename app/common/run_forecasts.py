@@ -182,7 +182,11 @@ class ComparedShot:
 @dataclass(frozen=True)
 class MeasuredHit:
     """What was measured of one repetition of a planned run: values by quantity, SI. `impact` is the
-    key of its impact, None for a shot without one; `rejected`: a check rejects it."""
+    key of its impact, None for a shot without one.
+
+    A check that rejects a gun's shot takes contact time and force away, as the twin learns from
+    such a shot; a hammer's impact is `rejected` as a whole.
+    """
 
     planned_run: int
     run: int
@@ -333,7 +337,14 @@ def _hits(
     peaks = _peaks(session, [row[3] for row in rows if row[3] is not None])
     return [
         MeasuredHit(
-            run_key, run, repetition, key, bool(rejected), _values(measured, peaks.get(key, {}))
+            run_key,
+            run,
+            repetition,
+            key,
+            bool(rejected) and table is Impact,
+            _values(
+                [*measured[:2], *([None, None] if rejected else measured[2:])], peaks.get(key, {})
+            ),
         )
         for run_key, run, repetition, key, rejected, *measured in rows
     ]

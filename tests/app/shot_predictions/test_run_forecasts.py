@@ -40,7 +40,7 @@ from pyroshock.validation.prediction_scores.quantity_score import ComparedValues
 from sqlalchemy import func, select, update
 from sqlalchemy.exc import IntegrityError
 from support.stores.care_stores import run_prediction
-from support.stores.planned_runs import record_run
+from support.stores.planned_runs import find_fault, record_run
 from support.stores.stores import opened
 
 MORNING = dt.datetime(2026, 3, 2, 8, tzinfo=dt.UTC)
@@ -277,6 +277,27 @@ def test_measured_values_are_compared_with_the_quantities_that_were_predicted(
     assert (comparison.rank, comparison.inside) == (pytest.approx(3.5 / 5), True)
     with store.reading() as session:
         assert forecast_of_impact(session, number + 1) is None
+
+
+def test_rejected_impact_of_a_hammer_is_no_measurement_and_a_rejected_shot_keeps_its_velocity(
+    store: Store,
+) -> None:
+    shoot(store, 1, NOON, measured_velocity_m_s=1.5, velocity_source="laser")
+    find_fault(store, PLAN, 1, 1)
+    with store.reading() as session:
+        (hit,) = hits_of_runs(session, run_keys(store).values())
+    assert (hit.rejected, dict(hit.values)) == (False, {"velocity_m_s": 1.5})
+    with store.writing() as session:
+        session.execute(update(Plan).values(kind="hammer"))
+        session.execute(update(Shot).values(planned_run_id=None))
+    record_run(store, PLAN, 2, (1,), NOON, impact_velocity_m_s=1.5, velocity_source="integrated")
+    record_run(store, PLAN, 2, (2,), NOON, impact_velocity_m_s=1.6, velocity_source="reported")
+    find_fault(store, PLAN, 2, 2)
+    with store.reading() as session:
+        first, second = hits_of_runs(session, run_keys(store).values())
+    # a velocity that was integrated is none before contact, which is what is predicted
+    assert (first.rejected, dict(first.values)) == (False, {})
+    assert (second.rejected, dict(second.values)) == (True, {"velocity_m_s": 1.6})
 
 
 def test_corrected_fact_leaves_the_time_of_the_shot(database_url: str, tmp_path) -> None:
