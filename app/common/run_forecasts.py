@@ -335,19 +335,14 @@ def _hits(
         query = query.where(Impact.id == impact)
     rows = [tuple(row) for row in session.execute(query)]
     peaks = _peaks(session, [row[3] for row in rows if row[3] is not None])
-    return [
-        MeasuredHit(
-            run_key,
-            run,
-            repetition,
-            key,
-            bool(rejected) and table is Impact,
-            _values(
-                [*measured[:2], *([None, None] if rejected else measured[2:])], peaks.get(key, {})
-            ),
-        )
-        for run_key, run, repetition, key, rejected, *measured in rows
-    ]
+    hits = []
+    for run_key, run, repetition, key, rejected, *measured in rows:
+        if rejected:
+            measured[2:] = None, None
+        is_left_out = bool(rejected) and table is Impact
+        values = _values(measured, peaks.get(key, {}))
+        hits.append(MeasuredHit(run_key, run, repetition, key, is_left_out, values))
+    return hits
 
 
 def _values(measured: Sequence[Any], peaks: Mapping[str, float]) -> dict[str, float]:

@@ -200,10 +200,9 @@ def test_shots_are_compared_in_units_in_band_widths_and_by_rank(url: str) -> Non
     (test,) = answer.tests
     assert (test.shots, test.runs, test.inside) == (3, 2, 1 + third["inside"])
     (sentence,) = answer.sentences()
-    assert str(sentence).startswith(
-        f"Of 3 shots, {test.inside} {'lies' if test.inside == 1 else 'lie'} in the 90 % band of the "
-        "impact velocity"
-    )
+    verb = "lies" if test.inside == 1 else "lie"
+    band = "the 90 % band of the impact velocity"
+    assert str(sentence).startswith(f"Of 3 shots, {test.inside} {verb} in {band}")
     assert "too few shots" in str(sentence)
     cells = {str(cell) for line in answer.test_rows() for cell in line.values()}
     assert {number.cell for number in sentence.numbers} <= cells
