@@ -296,6 +296,8 @@ class PlanForecasts(Result):
 
 def _tests(shots: Sequence[ComparedShot]) -> Iterator[BandTest]:
     """A test for each quantity that was measured, those with columns of their own first."""
+    if not shots:
+        return  # and NumPy is not loaded for nothing
     import numpy as np
 
     from ....validation.prediction_scores.quantity_score import Coverage
