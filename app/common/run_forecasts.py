@@ -389,13 +389,33 @@ def forecast_of_impact(
         The prediction with the quantities that were measured; None where the impact belongs to no
         planned run, or nothing was predicted before the first shot of the run.
     """
+    for key, forecast in forecasts_of(session, _runs_of_impact(session, impact)).items():
+        hits = hits_of_runs(session, [key], impact)
+        return forecast, tuple(pair for hit in hits for pair in compared_with(forecast, hit))
+    return None
+
+
+def _runs_of_impact(session: Session, impact: int) -> set[int]:
+    """The key of the planned run that an impact, or the shot that it is of, is linked to."""
     query = select(Impact.planned_run_id, Shot.planned_run_id).outerjoin(
         Shot, Shot.impact_id == Impact.id
     )
-    links = {key for row in session.execute(query.where(Impact.id == impact)) for key in row}
-    for key, forecast in forecasts_of(session, links - {None}).items():
-        hits = hits_of_runs(session, [key], impact)
-        return forecast, tuple(pair for hit in hits for pair in compared_with(forecast, hit))
+    rows = session.execute(query.where(Impact.id == impact))
+    return {key for row in rows for key in row if key is not None}
+
+
+def spectra_before(session: Session, impact: int) -> dict[str, Any] | None:
+    """The spectra that were predicted before an impact (`RunPrediction.spectra`).
+
+    Parameters:
+        session: A session of the store.
+        impact: The key of the impact.
+
+    Returns:
+        The spectra; None where nothing was predicted before, or no spectrum.
+    """
+    for row in counting_predictions(session, _runs_of_impact(session, impact)).values():
+        return row.spectra
     return None
 
 

@@ -16,7 +16,7 @@ from ...schema.impacts import Impact
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.quantities import display_of_unit, velocities_of, velocity_with_uncertainty
-from ..common.run_forecasts import rows_of_json
+from ..common.run_forecasts import rows_of_json, spectra_before
 from ..figures.figure import Plot
 from ..operations.faults import read
 from ..operations.impacts.curves import PulseView, pulse_view
@@ -43,6 +43,8 @@ _ELSEWHERE = (
     *("velocity_source", "velocity_kind", "measured_velocity_m_s", "predicted_velocity_m_s"),
     *(PREDICTION, PREDICTED),
 )
+#: Q of the spectra of the page.
+_Q = 10.0
 _LISTS = ("pulses", "channel_figures", "findings", "channels")
 
 
@@ -167,7 +169,10 @@ def _spectra(
     if not any(signal["quantity"] == "acceleration" for signal in signals):
         return None, "This recording has no acceleration, so that there is no spectrum."
     try:
-        return impact_spectra_plot(spectrum_overlay(session, [impact])), ""
+        overlay = spectrum_overlay(session, [impact], q=_Q)
+        predicted = spectra_before(session, impact)
+        same_q = predicted is not None and predicted["q"] == _Q
+        return impact_spectra_plot(overlay, predicted if same_q else None), ""
     except ValueError as error:  # no spectrum, or a damaged series
         return None, str(error)
 

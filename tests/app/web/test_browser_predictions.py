@@ -60,6 +60,17 @@ def impact(lab: Lab) -> int:
                     peak_force_n=None,
                     peak_force_lower_n=None,
                     peak_force_upper_n=None,
+                    spectra={
+                        "q": 10.0,
+                        "frequency_hz": [100.0, 1000.0],
+                        "sensors": {
+                            "acceleration_1": {
+                                "median": [1e3, 1e4],
+                                "lower": [5e2, 5e3],
+                                "upper": [2e3, 2e4],
+                            }
+                        },
+                    },
                 )
             )
         return chosen[runs[0]][0]
@@ -91,6 +102,9 @@ def test_impact_shows_what_was_predicted_before_with_model_and_time(browser, lab
         measured, difference = float(cells["measured"]), float(cells["difference"])
         assert difference == pytest.approx(0.01 * measured, rel=0.02)
         assert float(cells["difference in band widths"]) == pytest.approx(0.01 / 0.198, rel=0.02)
+        (band,) = [series for series in drawn(page, "spectrum") if "low" in series]
+        assert band["x"] == [100.0, 1000.0]
+        assert band["low"] == pytest.approx([5e2 / 9.80665, 5e3 / 9.80665], rel=1e-4)
         screenshot(page, "predicted-impact", 900)
         page.click("#prediction a")
         page.wait_for_url("**/plans/**")
