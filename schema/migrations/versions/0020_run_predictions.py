@@ -75,3 +75,11 @@ def upgrade() -> None:
         sqlite_where=unsealed,
         postgresql_where=unsealed,
     )
+    connection = op.get_bind()
+    if connection.dialect.name == "postgresql":
+        from pyroshock.schema.access.permissions import missing_roles
+        from pyroshock.schema.access.roles import grant_rights
+
+        # Without CREATEROLE there are no roles: `pyroshock db roles` makes them, and grants.
+        if not missing_roles(connection):
+            grant_rights(connection)
