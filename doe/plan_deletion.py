@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, Plan, PlannedRun, plan_turn
 from ..schema.impacts import Impact, Shot
+from ..schema.run_predictions import RunPrediction
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
 from .plans import read_plan
@@ -30,14 +31,16 @@ def check_plan_unused(session: Session, name: str) -> None:
 
 
 def delete_plan(store: Store, name: str) -> int:
-    """Delete plan `name` with its runs, and return how many there were. Raises as
-    `check_plan_unused`."""
+    """Delete plan `name` with its runs and what was predicted of them, and return how many runs
+    there were. Raises as `check_plan_unused`."""
 
     def work(session: Session) -> int:
         take_advisory_lock(session, plan_turn(name))
         check_plan_unused(session, name)
         plan = select(Plan.id).where(Plan.name == name).scalar_subquery()
         count = session.scalar(select(func.count()).where(PlannedRun.plan_id == plan)) or 0
+        runs = select(PlannedRun.id).where(PlannedRun.plan_id == plan)
+        session.execute(delete(RunPrediction).where(RunPrediction.planned_run_id.in_(runs)))
         session.execute(delete(PlannedRun).where(PlannedRun.plan_id == plan))
         session.execute(delete(Plan).where(Plan.name == name))
         return count

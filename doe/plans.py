@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import func, select, true
@@ -14,6 +14,13 @@ from ..schema.benches import material_names
 from ..schema.campaigns import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.configurations import configuration_ids
 from ..schema.known_factors import LevelError, MaterialNames, RunLevel, level_of
+from ..schema.run_predictions import (
+    QUANTITIES,
+    RunPrediction,
+    counting_predictions,
+    lower_of,
+    upper_of,
+)
 from ..schema.run_states import has_rejected, is_rejected, repetition_table, run_status
 from ..schema.session import Store
 from ..schema.transactions import take_advisory_lock
@@ -26,6 +33,8 @@ if TYPE_CHECKING:
     from .designs.base import Design
 
 Settings = Mapping[str, float]
+#: Median and the ends of the 90 % band, SI.
+ExpectedBand = tuple[float, float, float]
 
 
 class UnknownPlanError(LookupError):
@@ -49,7 +58,8 @@ class StoredRun:
     that follow.
 
     `accepted` and `rejected` are the numbers of the repetitions that were recorded, by the verdict
-    of the checks.
+    of the checks. `expected` are the bands that were predicted before the first of them, by the
+    name of the quantity with its unit (`velocity_m_s`).
     """
 
     run: int
@@ -61,6 +71,7 @@ class StoredRun:
     settings: Settings
     accepted: tuple[int, ...] = ()
     rejected: tuple[int, ...] = ()
+    expected: Mapping[str, ExpectedBand] = field(default_factory=dict)
 
     @property
     def repeats(self) -> int:
@@ -356,9 +367,11 @@ def _stored_runs(session: Session, plan: Plan, run: int | None = None) -> Iterat
     repetitions: defaultdict[tuple[int, bool], list[int]] = defaultdict(list)
     for key, repetition, rejected in session.execute(query):
         repetitions[key, bool(rejected)].append(repetition)
-    for row, status in session.execute(
+    rows = session.execute(
         select(PlannedRun, run_status()).where(*chosen).order_by(PlannedRun.position)
-    ):
+    ).all()
+    predictions = counting_predictions(session, [row.id for row, _ in rows])
+    for row, status in rows:
         yield StoredRun(
             run=row.run,
             position=row.position,
@@ -369,7 +382,22 @@ def _stored_runs(session: Session, plan: Plan, run: int | None = None) -> Iterat
             settings=row.settings,
             accepted=tuple(repetitions[row.id, False]),
             rejected=tuple(repetitions[row.id, True]),
+            expected=_expected(predictions.get(row.id)),
         )
+
+
+def _expected(prediction: RunPrediction | None) -> dict[str, ExpectedBand]:
+    if prediction is None:
+        return {}
+    bands = {
+        quantity: (
+            getattr(prediction, quantity),
+            getattr(prediction, lower_of(quantity)),
+            getattr(prediction, upper_of(quantity)),
+        )
+        for quantity in QUANTITIES
+    }
+    return {quantity: band for quantity, band in bands.items() if None not in band}
 
 
 def _plan_row(session: Session, name: str) -> Plan:

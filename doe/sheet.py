@@ -15,6 +15,12 @@ from ..files.spreadsheet_guard import GuardedCsv
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
+#: Predicted quantities: column of the sheet, and the factor from SI to its unit.
+_EXPECTED = {
+    "velocity_m_s": ("expected_velocity_m_s", 1.0),
+    "contact_time_s": ("expected_contact_time_ms", 1e3),
+    "peak_force_n": ("expected_peak_force_kn", 1e-3),
+}
 TICK, TICKED, REPEAT, CROSS = "☐", "☑", "↻", "✗"
 #: Endings of columns, the longest first, and the units that they stand for.
 _UNITS = {
@@ -23,6 +29,7 @@ _UNITS = {
     "_mm": "mm",
     "_kg": "kg",
     "_ms": "ms",
+    "_kn": "kN",
     "_pa": "Pa",
     "_g": "g",
     "_m": "m",
@@ -53,11 +60,17 @@ class Sheet:
     header: tuple[str, ...]
     labels: tuple[str, ...]
     rows: tuple[SheetRow, ...]
+    #: How many columns behind the settings say what is expected, with 90 % bands.
+    expected: int = 0
 
     @property
     def setting_labels(self) -> tuple[str, ...]:
         """Label with unit of each setting."""
-        return self.labels[2:-4]
+        return self.labels[self._settings]
+
+    @property
+    def _settings(self) -> slice:
+        return slice(2, len(self.header) - 4 - self.expected)
 
     def settings_of(self, row: SheetRow) -> list[tuple[str, str, bool]]:
         """Label, value ("–" where the run has none), and whether it differs from the run before, of
@@ -66,8 +79,21 @@ class Sheet:
         Parameters:
             row: A row of this sheet.
         """
-        cells = (cell or "–" for cell in row.cells[2:-4])
-        return list(zip(self.setting_labels, cells, row.differs[2:-4], strict=True))
+        cells = (cell or "–" for cell in row.cells[self._settings])
+        return list(zip(self.setting_labels, cells, row.differs[self._settings], strict=True))
+
+    def expected_of(self, row: SheetRow) -> list[tuple[str, str]]:
+        """Label, and median with 90 % band, of each quantity that was predicted of a run.
+
+        Parameters:
+            row: A row of this sheet.
+        """
+        place = slice(len(self.header) - 4 - self.expected, len(self.header) - 4)
+        return [
+            (label, cell)
+            for label, cell in zip(self.labels[place], row.cells[place], strict=True)
+            if cell
+        ]
 
 
 def sheet_of(plan: StoredPlan) -> Sheet:
@@ -77,11 +103,13 @@ def sheet_of(plan: StoredPlan) -> Sheet:
         plan: The plan as it stands, with its runs in order of position.
     """
     settings = tuple(dict.fromkeys(key for run in plan.runs for key in run.settings))
+    predicted = [name for name in _EXPECTED if any(name in run.expected for run in plan.runs)]
     header = (
         "order",
         "run",
         *plan.space.columns,
         *settings,
+        *(_EXPECTED[name][0] for name in predicted),
         "repetitions",
         "set-up change",
         "done",
@@ -91,7 +119,7 @@ def sheet_of(plan: StoredPlan) -> Sheet:
     before: StoredRun | None = None
     for run in plan.runs:
         changes = _changes(plan.space, before, run)
-        cells = _cells(plan.space, settings, run, changes)
+        cells = _cells(plan.space, settings, predicted, run, changes)
         rows.append(
             SheetRow(
                 cells, changes, run.status, _differs(plan.space, settings, before, run, len(cells))
@@ -108,6 +136,7 @@ def sheet_of(plan: StoredPlan) -> Sheet:
         header,
         tuple(map(column_label, header)),
         tuple(rows),
+        len(predicted),
     )
 
 
@@ -142,6 +171,19 @@ def boxes(run: StoredRun) -> str:
     while REPEAT in marks and marks.count(TICKED) + marks.count(REPEAT) > run.repetitions:
         marks.remove(REPEAT)  # a further repetition has taken its place
     return "".join(marks[: run.repetitions]).ljust(run.repetitions, TICK)
+
+
+def _expected(run: StoredRun, quantity: str) -> str:
+    """`5.62 (4.9–6.3)`: the median with its 90 % band; empty for a run without a prediction."""
+    band = run.expected.get(quantity)
+    if band is None:
+        return ""
+    median, lower, upper = (_three_digits(_EXPECTED[quantity][1] * value) for value in band)
+    return f"{median} ({lower}–{upper})"
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
 
 def _differs(
@@ -193,7 +235,11 @@ def _changes(space: Space, before: StoredRun | None, run: StoredRun) -> tuple[st
 
 
 def _cells(
-    space: Space, settings: Sequence[str], run: StoredRun, changes: Sequence[str]
+    space: Space,
+    settings: Sequence[str],
+    predicted: Sequence[str],
+    run: StoredRun,
+    changes: Sequence[str],
 ) -> tuple[str, ...]:
     numbers = [f"{run.settings[key]:.4g}" if key in run.settings else "" for key in settings]
     remarks = "; ".join(words for words in (run.state if run.repeats else "", run.reason) if words)
@@ -202,6 +248,7 @@ def _cells(
         str(run.run),
         *(run.row[column] for column in space.columns),
         *numbers,
+        *(_expected(run, name) for name in predicted),
         str(run.repetitions),
         "; ".join(changes),
         boxes(run),
@@ -257,6 +304,8 @@ def _write_html(sheet: Sheet, path: Path) -> None:
         "Bold settings differ from the run before; a thick line above a run is a set-up change. "
         f"{REPEAT} is a repetition that is rejected: record it again."
     )
+    if sheet.expected:
+        hint += " Expected values are medians with 90 % bands, predicted before the shot."
     fields = "<p class='fields'>Operator <span>&nbsp;</span> Date <span>&nbsp;</span></p>"
     path.write_text(
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>"

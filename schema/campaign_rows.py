@@ -22,6 +22,7 @@ from .diagnoses import Diagnosis
 from .impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse, Shot
 from .notes import CAMPAIGN, IMPACT, RUN
 from .recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+from .run_predictions import RunPrediction
 
 
 def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnElement[bool]]:
@@ -44,6 +45,7 @@ def members_of_recording(campaign: int, recording: int) -> dict[str, ColumnEleme
         "attachments": false(),
         "attached_contents": false(),
         "attached_pieces": false(),
+        "run_predictions": false(),
     }
 
 
@@ -88,6 +90,9 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "factors": Factor.id.in_(factors),
         "plans": Plan.id.in_(plans),
         "planned_runs": PlannedRun.plan_id.in_(plans),
+        "run_predictions": RunPrediction.planned_run_id.in_(
+            select(PlannedRun.id).where(PlannedRun.plan_id.in_(plans))
+        ),
         "recordings": Recording.campaign_id == campaign,
         "channels": RecordedChannel.recording_id.in_(recordings),
         "series_chunks": SeriesChunk.channel_id.in_(channels),

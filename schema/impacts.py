@@ -57,6 +57,9 @@ class Impact(HasId, WithProvenance, Base):
     velocity_source: Mapped[
         str | None
     ]  # of `velocity_kinds.KIND_OF_SOURCE`: what the velocity means
+    #: Not known of what was stored before revision 0020. It stays when a fact is corrected, which
+    #: gives the row another writer.
+    stored_at: Mapped[datetime | None]
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()
@@ -205,6 +208,7 @@ class Shot(HasId, WithProvenance, Base):
     measured_velocity_m_s: Mapped[float | None]
     measured_velocity_u_m_s: Mapped[float | None]
     velocity_source: Mapped[str | None]  # "reported", or "laser": before contact
+    stored_at: Mapped[datetime | None]  # not known of what was stored before revision 0020
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()

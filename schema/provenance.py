@@ -63,7 +63,8 @@ class Tombstone(HasId, WithProvenance, Base):
     #: "datasets": name, hash, pulses that it lost, pulses that it had before, the lost ones'
     #: digests ("members", `removal.returning`), how many of them it has again ("returned");
     #: "models": label, dataset, hash; "diagnoses": of a campaign with their report; "adopted":
-    #: versions of the twin's configuration; "reopened": planned runs that are to do again.
+    #: versions of the twin's configuration; "reopened": planned runs that are to do again;
+    #: "shot": planned runs with hits, and when the first of each was stored.
     stood_on: Mapped[dict[str, Any]]
     file_sha256: Mapped[str | None]  # of the recording's file
     replaced_by: Mapped[str | None]  # SHA-256 of the file that is stored in its place

@@ -17,6 +17,7 @@ from . import (
     provenance,
     recordings,
     registered_models,
+    run_predictions,
     saved_views,
     users,
 )
@@ -40,6 +41,7 @@ __all__ = [
     "provenance",
     "recordings",
     "registered_models",
+    "run_predictions",
     "saved_views",
     "users",
 ]

@@ -59,6 +59,8 @@ _LABELS = {
     "impact_velocity_u_m_s": "uncertainty of the velocity",
     "measured_velocity_u_m_s": "uncertainty of the velocity",
     "predicted_velocity_m_s": "velocity of the model",
+    "expected_velocity_m_s": "velocity predicted before the shot",
+    "velocity_rank": "rank of the velocity among the predicted ones",
     "velocity_m_s": "impact velocity",
     "width_half_s": "width at half of the peak",
     "spline_peak_force_n": "peak of the spline",

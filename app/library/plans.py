@@ -17,6 +17,13 @@ from ..doors.python import PythonMethod, StoreAnswers
 from ..operations.diagnose.plan_next_runs import DISCRIMINATE, NextRunsRequest
 from ..operations.plan.make import PLAN, REQUESTS
 from ..operations.plan.service import PlannedDesign
+from ..operations.plan.status import NamedPlan
+from ..operations.shot_predictions.predict_runs import (
+    PLAN_PREDICT,
+    PlanPredictionRequest,
+    PredictedPlan,
+)
+from ..operations.shot_predictions.predicted_runs import PLAN_PREDICTIONS, PlanForecasts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,6 +97,12 @@ class PlanCollection:
 
     #: The runs that tell apart the causes which a diagnosis could not tell apart.
     discriminate = PythonMethod(NextRunsRequest, DISCRIMINATE)
+
+    #: Predict the runs of a plan before they are shot, and store what was predicted.
+    predict: PythonMethod[PredictedPlan] = PythonMethod(PlanPredictionRequest, PLAN_PREDICT)
+
+    #: What was predicted of a plan's runs before their shots, beside what was measured.
+    predictions: PythonMethod[PlanForecasts] = PythonMethod(NamedPlan, PLAN_PREDICTIONS)
 
     if TYPE_CHECKING:
 

@@ -72,6 +72,12 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "plan-decide": ("plan.runs", "PLAN_DECIDE", "plan decide"),
     "plan-discard": ("plan.runs", "PLAN_DISCARD", "plan discard"),
     "plan-augment": ("plan.runs", "PLAN_AUGMENT", "plan augment"),
+    "plan-predict": ("shot_predictions.predict_runs", "PLAN_PREDICT", "plan predict"),
+    "plan-predictions": (
+        "shot_predictions.predicted_runs",
+        "PLAN_PREDICTIONS",
+        "plan predictions",
+    ),
     "plan-delete": ("plan.status", "PLAN_DELETE", "plans delete"),
     "simulate": ("plan.simulate", "SIMULATE", "simulate"),
     "ingest": ("ingest.folder", "INGEST", "ingest"),
@@ -151,6 +157,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
 #: that is not here is a topic of its own name.
 TOPICS = {
     "plan": "plans",
+    "shot_predictions": "plans",
     "tune": "twin",
     "validate": "twin",
     "predict": "twin",

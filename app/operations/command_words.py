@@ -21,7 +21,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "materials": "List the known materials, or add one.",
     },
     "Plans": {
-        "plan": "Design a campaign, write its run sheet, and see what is still to do.",
+        "plan": "Design a campaign, write its run sheet, predict its runs, and see what is to do.",
         "plans": "List the plans; show or delete one.",
         "simulate": "Fire a plan on the virtual bench.",
     },

@@ -16,13 +16,14 @@ from ...schema.impacts import Impact
 from ...schema.series import SeriesError
 from ...schema.session import Store
 from ..common.quantities import display_of_unit, velocities_of, velocity_with_uncertainty
+from ..common.run_forecasts import rows_of_json, spectra_before
 from ..figures.figure import Plot
 from ..operations.faults import read
 from ..operations.impacts.curves import PulseView, pulse_view
 from ..operations.impacts.extraction import PulseExtraction
 from ..operations.impacts.figures import segmentation_figure
 from ..operations.impacts.finding_places import PlacedFinding, list_placed_findings
-from ..operations.impacts.impact import get_impact
+from ..operations.impacts.impact import PREDICTED, PREDICTION, get_impact
 from ..operations.impacts.impact_links import impact_links
 from ..operations.impacts.overlays import spectrum_overlay
 from ..operations.impacts.record_strips import WINDOW_POINTS, RecordStrips, record_strips
@@ -40,7 +41,10 @@ _ELSEWHERE = (
     *("id", "campaign", "quality", "run", "repetition", "shot"),
     *("impact_velocity_m_s", "impact_velocity_u_m_s"),
     *("velocity_source", "velocity_kind", "measured_velocity_m_s", "predicted_velocity_m_s"),
+    *(PREDICTION, PREDICTED),
 )
+#: Q of the spectra of the page.
+_Q = 10.0
 _LISTS = ("pulses", "channel_figures", "findings", "channels")
 
 
@@ -75,6 +79,8 @@ def impact(
                 if key not in _ELSEWHERE and value is not None
             },
             **{key: impact_view[key] for key in ("pulses", "channel_figures", "channels")},
+            prediction=impact_view.get(PREDICTION),
+            predicted=rows_of_json(impact_view.get(PREDICTED, [])),
             findings=[_finding_row(finding, strips) for finding in findings],
             signals=signals,
             strips=strips,
@@ -163,7 +169,10 @@ def _spectra(
     if not any(signal["quantity"] == "acceleration" for signal in signals):
         return None, "This recording has no acceleration, so that there is no spectrum."
     try:
-        return impact_spectra_plot(spectrum_overlay(session, [impact])), ""
+        overlay = spectrum_overlay(session, [impact], q=_Q)
+        predicted = spectra_before(session, impact)
+        same_q = predicted is not None and predicted["q"] == _Q
+        return impact_spectra_plot(overlay, predicted if same_q else None), ""
     except ValueError as error:  # no spectrum, or a damaged series
         return None, str(error)
 

@@ -25,6 +25,7 @@ from ..operations.form import controls
 from ..operations.plan.figures import balance_figure, correlation_figure, pairs_figure
 from ..operations.plan.make import PLAN
 from ..operations.plan.quality import plan_page
+from ..operations.shot_predictions.predicted_runs import plan_forecasts
 from ..web.dependencies import Name, OpenStore
 from ..web.page_sources import THE_STORE
 from ..web.rendering import named_file, number, page
@@ -83,6 +84,7 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
         plan = read_plan(session, name)
     judged = plan_page(plan)
+    predictions = plan_forecasts(store, name)
     shares = {
         factor: f"{row['share']:.2f}"
         for row in judged["time"]
@@ -94,6 +96,9 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
         plan=plan,
         judged=judged,
         sheet=sheet_of(plan),
+        predictions=predictions,
+        band_figures=predictions.plots(),
+        counts_open=any(run.state == "planned" for run in plan.runs),
         figures=[_figure_row(row) for row in judged["figures"]],
         power=[_power_row(term) for term in judged["power"]],
         changes=[

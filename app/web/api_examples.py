@@ -41,6 +41,8 @@ CLIENT_CALLS = {
     "plan": 'store.plan.lhs("summer", runs=105)',
     "plan-list": "store.plan.list()",
     "plan-next-runs": 'store.plan.discriminate(1, name="apart")',
+    "plan-predict": 'store.plan.predict("summer")',
+    "plan-predictions": 'store.plan.predictions("summer")',
     "plan-quality": 'store.plan.open("summer").quality()',
     "plan-status": 'store.plan.open("summer")',
     "plugins": "store.plugins()",

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import bindparam, select
@@ -321,6 +322,7 @@ class CampaignWriter:
         `channels` of the recording: their keys by name.
         """
         configurations = configuration_ids(session, [hit.row.levels for hit in hits])
+        stored_at = datetime.now(UTC)
         common = [
             {
                 "campaign_id": campaign.id,
@@ -328,6 +330,7 @@ class CampaignWriter:
                 "repetition": hit.repetition,
                 "configuration_id": configuration,
                 "recording_id": recording,
+                "stored_at": stored_at,
             }
             for hit, configuration in zip(hits, configurations, strict=True)
         ]

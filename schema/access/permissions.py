@@ -17,12 +17,12 @@ READER, OPERATOR, ADMIN = ROLES = ("pyroshock_reader", "pyroshock_operator", "py
 #: Where Alembic keeps the revision.
 VERSION = "alembic_version"
 #: Rows of these are added and stay as they are, for every role but the admin: recordings, their
-#: calibration and samples, what the checks said of them, the content of attached files, and who
-#: wrote what. Where the software itself must change one as an operator, a function does it that
-#: looks whether it may (`append_only.py`).
+#: calibration and samples, what the checks said of them, the content of attached files, who wrote
+#: what, and predictions of runs. Where the software itself must change one as an operator, a
+#: function does it that looks whether it may (`append_only.py`).
 APPEND_ONLY = (
     *("recordings", "channels", "series_chunks", "quality_findings", "provenance"),
-    *("audit_rows", "notes", "attached_contents", "attached_pieces"),
+    *("audit_rows", "notes", "attached_contents", "attached_pieces", "run_predictions"),
 )
 #: People, and what they sign in with: an operator's login looks them up, and the admin's alone
 #: writes them. The hashes are nothing for a reader's.

@@ -21,6 +21,7 @@ from .checks.engine_rules import (
     check_values,
 )
 from .checks.fingerprints import check_fingerprints
+from .checks.predictions import check_predictions
 from .checks.pulses import check_pulses
 from .checks.rows import check_rows, check_rows_without_bytes
 from .checks.series import check_chunks, check_series
@@ -37,6 +38,7 @@ _SHARED: tuple[Check, ...] = (
     check_fingerprints,
     check_sequences,
     check_tombstones,
+    check_predictions,
 )
 #: With every byte of every series; and without.
 _THOROUGH: tuple[Check, ...] = (

@@ -29,6 +29,7 @@ from ..impacts import (
 )
 from ..provenance import CAMPAIGN, RECORDING, Tombstone
 from ..recordings import QualityFinding, RecordedChannel, Recording, SeriesChunk
+from ..run_predictions import SHOT_RUNS, shot_runs
 from ..run_states import done_runs
 from .content import figures_hashes
 from .part import Keys, Part
@@ -225,7 +226,10 @@ def remove(
         archive_path=None if archive is None else archive[0],
         archive_sha256=None if archive is None else archive[1],
     )
-    done_before = done_runs(session, _planned(session, part))
+    planned = _planned(session, part)
+    done_before = done_runs(session, planned)
+    if planned:  # a prediction that is made after this is made after the shot
+        stone.stood_on[SHOT_RUNS] = shot_runs(session, planned)
     stone.counts = _delete(session, part)
     stone.stood_on["reopened"] = _reopened(session, done_before)
     session.add(stone)

@@ -85,6 +85,7 @@ RULES = (
         same=columns(*_PLANNED),
         advice="import it into a store of its own",
     ),
+    MergeRule("run_predictions", ("planned_run_id", "made_at")),
     MergeRule(
         "recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN
     ),

@@ -50,6 +50,7 @@ LISTS: dict[str, list[tuple[str, tuple[str, ...]]]] = {
         ("campaigns list", STORE),
         ("plan list", STORE),
         ("plan status sheets", STORE),
+        ("plan predictions sheets", STORE),
         ("plan sheet sheets --out sheets.html", STORE),
         ("predict --plan no-such-plan", STORE),
         ("predict --campaign no-such-campaign", STORE),

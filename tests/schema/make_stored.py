@@ -23,6 +23,7 @@ import numpy as np
 from pyroshock.app.operations.diagnose.stored import verdict_to_json
 from pyroshock.diagnosis.verdict import Cause, GapSize, Pictures, ResidualPicture, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.campaigns import Configuration, Plan, PlannedRun
 from pyroshock.schema.corrections import FactCorrection
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.home_pictures import HomePictureRow
@@ -31,8 +32,10 @@ from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.registered_models import RegisteredVersion
+from pyroshock.schema.run_predictions import RunPrediction
 from pyroshock.schema.saved_views import SavedView
 from pyroshock.schema.session import Store, Writer, open_store
+from sqlalchemy import select
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))  # `support`, where this file is run by itself
@@ -225,6 +228,45 @@ def add_correction(store: Store) -> None:
         )
 
 
+def add_prediction(store: Store) -> None:
+    """A plan of one run, and what was predicted of it: velocity alone."""
+    when = datetime(2026, 1, 8, tzinfo=UTC)
+    velocity = {"velocity_m_s": 5.0, "velocity_lower_m_s": 4.5, "velocity_upper_m_s": 5.5}
+    with store.writing() as session:
+        plan = Plan(name="later", kind="gun", factors="", method="import")
+        configuration = session.scalars(select(Configuration)).first()
+        session.add(plan)
+        session.flush()
+        assert configuration is not None
+        run = PlannedRun(
+            plan_id=plan.id,
+            run=1,
+            position=1,
+            repetitions=1,
+            configuration_id=configuration.id,
+            treatment={"tip_material": "steel"},
+            settings={"tank_pressure_bar": 5.0},
+        )
+        session.add(run)
+        session.flush()
+        session.add(
+            RunPrediction(
+                planned_run_id=run.id,
+                made_at=when,
+                models={"gun": "adiabatic"},
+                adopted=[],
+                settings={"tank_pressure_bar": "5.0"},
+                options={},
+                draws=3,
+                seed=0,
+                **velocity,
+                drawn={"velocity_m_s": [4.5, 5.0, 5.5]},
+                warnings=[],
+                remarks=["no contact model is in use"],
+            )
+        )
+
+
 def add_people(store: Store) -> None:
     """A user, what was changed, and what was written beside the rows."""
     with store.writing() as session:
@@ -249,6 +291,7 @@ def main() -> int:
             add_saved_views(store)
             add_home_pictures(store)
             add_correction(store)
+            add_prediction(store)
             add_people(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 #: The place of a row in the order of recording: by date of the campaign, run and repetition.
 ORDER = "recording_order"
 PREDICTED = "predicted_velocity_m_s"
+#: Of a shot whose run was predicted before it: the median of its velocity, and the rank of the
+#: measured one among the predicted ones.
+BEFORE_SHOT = ("expected_velocity_m_s", "velocity_rank")
+#: What is computed of shots, and stored nowhere.
+_OF_SHOTS = (PREDICTED, *BEFORE_SHOT)
 #: Columns of a version of a model that are words, and those that are none of a quantity.
 _MODEL_WORDS = ("model", "split", "dataset")
 
@@ -91,7 +96,7 @@ def list_quantities(laboratory: Laboratory, subject: str) -> list[QuantityChoice
             stored_factors = factor_keys(session)
         left_out = {*stored_factors, "impact_id", *(("id",) if subject == "shots" else ())}
         figures = [name for name in of_kind.numbers if name not in left_out]
-        figures += [PREDICTED] if subject == "shots" else []
+        figures += _OF_SHOTS if subject == "shots" else []
         factors = list(stored_factors)
     groups = (("Figures", figures), ("Factors", factors), ("Other", [*words, ORDER]))
     return [QuantityChoice(key, heading(key), group) for group, keys in groups for key in keys]
@@ -125,7 +130,7 @@ def _stored_rows(session: Session, request: Exploration, names: list[str]) -> Su
     from ....schema.value_columns import campaign_facts, read_columns
 
     kind = request.subject
-    stored_names = [name for name in names if name not in (ORDER, PREDICTED)]
+    stored_names = [name for name in names if name not in (ORDER, *_OF_SHOTS)]
     of_shot = ["tank_pressure_pa", "bullet_mass_kg"] if PREDICTED in names else []
     of_kind = {"channels": ["channel"], "shots": ["impact_id"]}.get(kind, [])
     values = read_columns(
@@ -148,6 +153,8 @@ def _stored_rows(session: Session, request: Exploration, names: list[str]) -> Su
         values[ORDER] = places.tolist()
     if PREDICTED in names:
         values[PREDICTED] = _predicted(session, values)
+    if set(names) & set(BEFORE_SHOT):
+        values |= _before_shot(session, values["id"])
     return SubjectRows(
         kind,
         {name: Column(name, values[name]) for name in names},
@@ -181,6 +188,15 @@ def _predicted(session: Session, values: Mapping[str, list[Any]]) -> list[Value]
         )
     )
     return [shot[PREDICTED] for shot in with_predictions(session, shots)]
+
+
+def _before_shot(session: Session, shots: Sequence[int]) -> dict[str, list[Any]]:
+    """The columns `BEFORE_SHOT` of shots by their keys."""
+    from ...common.run_forecasts import velocities_before
+
+    compared = velocities_before(session, shots)
+    pairs = [compared.get(key, (None, None)) for key in shots]
+    return {name: [pair[place] for pair in pairs] for place, name in enumerate(BEFORE_SHOT)}
 
 
 def _model_columns() -> tuple[list[str], list[str]]:

@@ -6,10 +6,10 @@ from ....schema.value_columns import KINDS
 from .columns import Column
 from .request import ends_of
 from .result import Explored
-from .rows import ORDER, PREDICTED
+from .rows import BEFORE_SHOT, ORDER, PREDICTED
 
 #: Numbers that no list can be filtered by.
-_UNFILTERED = (ORDER, PREDICTED, "findings")
+_UNFILTERED = (ORDER, PREDICTED, *BEFORE_SHOT, "findings")
 
 
 def conditions_of_selection(explored: Explored) -> list[str] | None:

@@ -37,6 +37,11 @@ SHOT_FIGURES = (
 )
 
 
+#: Keys of what was predicted before the shot: by which model and when, and the quantities that were
+#: measured.
+PREDICTION, PREDICTED = "prediction", "predicted"
+
+
 def impact_page(session: Session, key: int) -> dict[str, Any]:
     """One impact: its listing's row, then lists of pulse versions, figures of its acceleration
     channels, findings and channels. `LookupError` if unknown."""
@@ -50,6 +55,7 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         "velocity_kind": velocity_kind(impact.velocity_source),
         "recording": impact.recording.path if impact.recording else None,
         **_shot(session, key),
+        **_predicted(session, key),
         "pulses": [_pulse(session, pulse) for pulse in pulses],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),
         "findings": _findings(session, impact),
@@ -68,6 +74,21 @@ def _shot(session: Session, impact: int) -> dict[str, Any]:
     rows = iter_shots(session, where=(Condition("id", "=", shot),))
     (row,) = with_predictions(session, rows)
     return {"shot": shot, **{name: row[name] for name in SHOT_FIGURES}}
+
+
+def _predicted(session: Session, impact: int) -> dict[str, Any]:
+    """What was predicted of the impact's run before its first shot was stored, beside what was
+    measured; nothing for an impact without a prediction."""
+    from ...common.run_forecasts import forecast_of_impact
+
+    predicted = forecast_of_impact(session, impact)
+    if predicted is None:
+        return {}
+    forecast, comparisons = predicted
+    return {
+        PREDICTION: {**forecast.as_json(), "sentence": forecast.words},
+        PREDICTED: [comparison.as_json() for comparison in comparisons],
+    }
 
 
 def get_impact(session: Session, key: int) -> Impact:

@@ -10,9 +10,20 @@ from pydantic import Field
 
 from ...common.number_format import finite
 from ...common.quantities import heading
+from ...common.run_forecasts import rows_of_json
 from ..fields import Key, Presentation, request_field
 from ..laboratory import Laboratory
-from ..operation import Operation, Output, PlainData, Progress, Request, Result, ResultTable
+from ..operation import (
+    Lines,
+    Operation,
+    Output,
+    PlainData,
+    Progress,
+    Request,
+    Result,
+    ResultTable,
+)
+from .impact import PREDICTED, PREDICTION
 
 if TYPE_CHECKING:
     from ...figures.figure import Figure, PlotGrid
@@ -36,22 +47,36 @@ class ShownImpact(Result):
     signals: Sequence[Mapping[str, Any]]
     draw: Callable[[], PlotGrid]
 
-    def tables(self) -> Sequence[ResultTable]:
-        """Its factors and figures, then its pulses, figures of accelerations, findings and
-        channels."""
-        lists = {key: value for key, value in self.facts.items() if isinstance(value, list)}
+    def tables(self) -> Sequence[ResultTable | Lines]:
+        """Its factors and figures, what was predicted of it before, then its pulses, figures of
+        accelerations, findings and channels."""
+        lists = {
+            key: value
+            for key, value in self.facts.items()
+            if isinstance(value, list) and key != PREDICTED
+        }
         plain = {
             key: value
             for key, value in self.facts.items()
-            if key not in lists and value is not None
+            if key not in (*lists, PREDICTION, PREDICTED) and value is not None
         }
         wide = ("pulses", "channel_figures")
         return (
             ResultTable("", [plain], upright=True),
+            *self._predicted(),
             *(
                 ResultTable(heading(key), rows, "  none", key in wide)
                 for key, rows in lists.items()
             ),
+        )
+
+    def _predicted(self) -> Sequence[ResultTable | Lines]:
+        """What was predicted of its run before the shot, beside what was measured."""
+        if PREDICTION not in self.facts:
+            return ()
+        return (
+            Lines("Predicted before the shot", (self.facts[PREDICTION]["sentence"],)),
+            ResultTable("", rows_of_json(self.facts[PREDICTED]), "nothing of it was measured"),
         )
 
     def figures(self) -> Sequence[Figure]:

@@ -4,7 +4,8 @@ spectrum is from it in dB, and pseudo-velocity on four-coordinate paper."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ...figures.figure import (
     PlotGrid,
     PlotSeries,
     ReferenceLine,
+    as_floats,
     curve_style,
 )
 from .four_coordinate_paper import four_coordinate_plot
@@ -48,19 +50,34 @@ def compared_figure(overlay: SpectrumOverlay, sides: bool = False) -> PlotGrid:
     )
 
 
-def impact_spectra_plot(overlay: SpectrumOverlay) -> Plot:
-    """The maximax of each channel of one impact, in g over Hz.
+def impact_spectra_plot(
+    overlay: SpectrumOverlay, predicted: Mapping[str, Any] | None = None
+) -> Plot:
+    """The maximax of each channel of one impact, in g over Hz, with the 90 % band that was
+    predicted before the shot.
 
     Parameters:
         overlay: The spectra of one impact.
+        predicted: What a stored prediction has of spectra (`RunPrediction.spectra`), of the same Q;
+            by default nothing.
     """
-    series = []
+    series: list[PlotSeries] = []
     for i, part in enumerate(overlay.spectra):
         role, dash = curve_style(i)
         level = part.spectrum.maximax / STANDARD_GRAVITY_M_S2
         series.append(LineSeries(overlay.frequency_hz, level, dash, name=part.channel, role=role))
+        band = None if predicted is None else predicted["sensors"].get(part.channel)
+        if band is not None and predicted is not None:
+            lower, upper = (as_floats(band[end]) / STANDARD_GRAVITY_M_S2 for end in _ENDS)
+            lines = as_floats(predicted["frequency_hz"])
+            name = f"{part.channel}, 90 % predicted before"
+            series.append(BandSeries(lines, lower, upper, name=name, role=role, silent=True))
     axis = _frequency_axis(overlay.frequency_hz)
     return Plot("Shock response spectra", axis, _LEVEL, tuple(series), cursor="column", height=300)
+
+
+#: Keys of the ends of a stored band.
+_ENDS = ("lower", "upper")
 
 
 def spectra_plot(overlay: SpectrumOverlay, sides: bool = False) -> Plot:

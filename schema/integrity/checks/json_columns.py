@@ -63,6 +63,39 @@ def _cause(value: Any) -> bool:
     return all(isinstance(effect, str) for effect in value["effects"]) and "probability" in value
 
 
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(text, str) for text in value)
+
+
+def _draws(value: Any) -> bool:
+    """Of a prediction, the values of the draws by quantity."""
+    return isinstance(value, dict) and all(map(_points, value.values()))
+
+
+def _spectra(value: Any) -> bool:
+    """Of a prediction, the spectra of the sensors; None of one without a plate."""
+    if value is None:
+        return True
+    if not isinstance(value, dict) or not isinstance(value.get("sensors"), dict):
+        return False
+    ends = ("median", "lower", "upper")
+    return (
+        _number(value.get("q"))
+        and _numbers(value.get("frequency_hz"))
+        and all(
+            isinstance(band, dict) and all(_numbers(band.get(end)) for end in ends)
+            for band in value["sensors"].values()
+        )
+    )
+
+
+def _adopted(value: Any) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(version, dict) and {"version", "campaign", "effects"} <= version.keys()
+        for version in value
+    )
+
+
 SHAPES: dict[str, Callable[[Any], bool]] = {
     "pulses.force_points_n": _points,
     "channel_figures.srs_frequency_hz": _numbers,
@@ -73,6 +106,14 @@ SHAPES: dict[str, Callable[[Any], bool]] = {
     "campaigns.known_facts": are_facts,
     "planned_runs.treatment": _object,
     "planned_runs.settings": _object,
+    "run_predictions.models": _object,
+    "run_predictions.adopted": _adopted,
+    "run_predictions.settings": _object,
+    "run_predictions.options": _object,
+    "run_predictions.drawn": _draws,
+    "run_predictions.spectra": _spectra,
+    "run_predictions.warnings": _texts,
+    "run_predictions.remarks": _texts,
     "quality_findings.evidence": _object,
     "saved_views.request": _object,
 }

@@ -116,6 +116,8 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "plan-decide": {"name": "spring", "run": 2, "status": "discarded", "note": "tip broke"},
     "plan-discard": {"name": "spring", "run": 3, "reason": "tip broke"},
     "plan-augment": {"name": "spring", "runs": 2, "repetitions": 1, "seed": 5},
+    "plan-predict": {"name": "spring", "runs": "1-2", "contact": "hertz", "draws": 20},
+    "plan-predictions": {"name": "spring"},
     "plan-delete": {"name": "spring"},
     "simulate": {"plan": "spring", "out": "{folder}", "repetitions": 1},
     "train": {"dataset": DATASET, "models": ("linear", "tree"), "split": ("repetitions",)},

@@ -123,6 +123,9 @@ ASKED: dict[str, Any] = {
     "extract": KINDS["extract"].read(
         {"campaign": HAMMER, "segmentation": "mask", "threshold": 0.03, "smoothing": 0.2}
     ),
+    "plan-predict": KINDS["plan-predict"].read(
+        {"name": "winter", "runs": "3-7", "contact": "hertz", "draws": 40, "seed": 3}
+    ),
     "plan": KINDS["plan"].read(
         {
             **{"name": "winter", "method": "lhs", "kind": "hammer", "runs": 12, "seed": 7},

@@ -27,6 +27,7 @@ from pyroshock.schema.provenance import Tombstone
 from pyroshock.schema.recordings import QualityFinding, RecordedChannel, Recording
 from pyroshock.schema.registered_models import RegisteredVersion
 from pyroshock.schema.row_sealing import seal_table
+from pyroshock.schema.run_predictions import RunPrediction
 from pyroshock.schema.session import Store
 from pyroshock.schema.tables import metadata
 from pyroshock.schema.transfer.copying import copy_store
@@ -111,15 +112,17 @@ def _fill(store: Store) -> None:
         planned: dict[str, Any] = {"plan_id": plan.id, "repetitions": HITS, "treatment": {"a": "b"}}
         for run in (1, 2, 3):
             key = configurations[min(run, RECORDINGS)]
-            session.add(
-                PlannedRun(
-                    **planned,
-                    run=run,
-                    position=run,
-                    configuration_id=key,
-                    settings={"velocity": 1.5},
-                )
+            row = PlannedRun(
+                **planned,
+                run=run,
+                position=run,
+                configuration_id=key,
+                settings={"velocity": 1.5},
             )
+            session.add(row)
+            session.flush()
+            if run != 2:  # one that was shot since, and one that was not
+                session.add(run_prediction(row.id))
         cause = {"effects": ["none"], "probability": float("nan")}
         gap = {"before": -0.0, "noise_floor": float("inf"), "metric": "„ü“"}
         report = {"causes": [cause], "gap": gap}
@@ -174,6 +177,38 @@ def _fill(store: Store) -> None:
         )
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
     link_campaign(store, HAMMER, HAMMER)
+
+
+def run_prediction(planned_run: int, made_at: dt.datetime = WHEN, **values: Any) -> RunPrediction:
+    """A prediction of a run with a value in every column; `values` are other ones."""
+    band = {"median": [90.0, 140.5], "lower": [80.0, 120.0], "upper": [99.0, 170.0]}
+    usual: dict[str, Any] = {
+        "campaign": HAMMER,
+        "models": {"gun": "none", "contact": "tree@1", "plate": "modal table"},
+        "adopted": [{"version": 1, "campaign": HAMMER, "effects": ["contact.layer_compliance"]}],
+        "settings": {"tip_material": "steel"},
+        "options": {"contact": "tree@1"},
+        "draws": 4,
+        "seed": 0,
+        "velocity_m_s": 1.5,
+        "velocity_lower_m_s": 1.4,
+        "velocity_upper_m_s": 1.6,
+        "contact_time_s": 2e-4,
+        "contact_time_lower_s": 1.5e-4,
+        "contact_time_upper_s": 2.5e-4,
+        "peak_force_n": 900.0,
+        "peak_force_lower_n": 800.0,
+        "peak_force_upper_n": 1000.0,
+        "drawn": {
+            "velocity_m_s": [1.4, 1.5, 1.5, 1.6],
+            "contact_time_s": [1.5e-4, 2e-4, 2e-4, 2.5e-4],
+            "peak_force_n": [800.0, 900.0, 900.0, 1000.0],
+        },
+        "spectra": {"q": 10.0, "frequency_hz": [100.0, 200.0], "sensors": {"a": band}},
+        "warnings": ["the velocity lies beyond the shots that the model learned from"],
+        "remarks": ["the plate is that of the bench"],
+    }
+    return RunPrediction(planned_run_id=planned_run, made_at=made_at, **(usual | values))
 
 
 def registered_version() -> RegisteredVersion:

@@ -96,6 +96,7 @@ def _add_rows(session: Session) -> None:
                 impact_id=impact.id,
                 tank_pressure_pa=2e5,
                 bullet_mass_kg=0.1,
+                stored_at=impact.stored_at,
             ),
             QualityFinding(
                 recording_id=recording.id,

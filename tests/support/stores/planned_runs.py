@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Iterable
+from typing import Any
 
 from pyroshock.schema.campaigns import Campaign, Plan, PlannedRun
 from pyroshock.schema.impacts import Impact, Shot
@@ -24,9 +25,16 @@ _CHANNEL = {
 _SHOT = {"tank_pressure_pa": 1e5, "bullet_mass_kg": 0.5}
 
 
-def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (1,)) -> None:
+def record_run(
+    store: Store,
+    plan: str,
+    run: int,
+    repetitions: Iterable[int] = (1,),
+    stored_at: dt.datetime | None = None,
+    **columns: Any,
+) -> None:
     """Shots or impacts of a planned run, each with a recording of its own, in a campaign of the
-    plan's name."""
+    plan's name; stored at this time, by default now. `columns` are values of theirs."""
     with store.writing() as session:
         planned, kind = _planned(session, plan, run)
         values = {"kind": kind, "date": dt.date(2026, 1, 2), "fingerprint": plan}
@@ -46,7 +54,8 @@ def record_run(store: Store, plan: str, run: int, repetitions: Iterable[int] = (
                     campaign_id=campaign.id, configuration_id=planned.configuration_id,
                     planned_run_id=planned.id,
                     recording_id=recording.id, run=run, repetition=repetition,
-                    **(_SHOT if table is Shot else {}),
+                    stored_at=stored_at or dt.datetime.now(dt.UTC),
+                    **((_SHOT if table is Shot else {}) | columns),
                 )
             )  # fmt: skip
 

@@ -23,7 +23,7 @@ from sqlalchemy import event, func, select, text
 from sqlalchemy.orm import Session
 
 #: When and by whom, not what; the hash is of these, too.
-_NOT_CONTENT = ("id", "written_by_id", "extracted_at", "row_sha256")
+_NOT_CONTENT = ("id", "written_by_id", "extracted_at", "stored_at", "row_sha256")
 
 CLI = [sys.executable, "-c", "from pyroshock.app.doors.command_line.main import main; main()"]
 
