@@ -17,6 +17,7 @@ from . import (
     recordings,
     registered_models,
     saved_views,
+    sign_on_identities,
     users,
 )
 from .base import Base
@@ -39,5 +40,6 @@ __all__ = [
     "recordings",
     "registered_models",
     "saved_views",
+    "sign_on_identities",
     "users",
 ]
