@@ -69,6 +69,7 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.lacking_roles import FormRoles
 from ..web.page_sources import SourceStamps
 from ..web.page_words import in_page_words
 from ..web.rendering import page
@@ -218,6 +219,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.get("/static/{name}", include_in_schema=False)(_static)
     _tell_errors(app)
     routes = [*form_router().routes, *(route for module in PAGES for route in module.router.routes)]
+    app.state.form_roles = FormRoles(routes)
     pages = PageCache(app, routes, sources)
     return Guard(Compression(pages), settings, app.state.sign_in)
 

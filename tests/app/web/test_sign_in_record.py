@@ -1,5 +1,5 @@
-"""Sign-ins, those that failed and sign-outs have rows in the audit trail, without what people sign in
-with, and so few that nobody fills the store by guessing."""
+"""Sign-ins, those that failed and sign-outs have rows in the audit trail, without what people sign
+in with, and so few that nobody fills the store by guessing."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_a_failed_sign_in_names_the_user_who_was_tried_and_nobody_else(
     ]
     assert [row[5]["way"] for row in failed] == ["password", "password", "token"]
     with store.engine.connect() as connection:
-        dump = "\n".join(connection.connection.driver_connection.iterdump())  # type: ignore[union-attr]
+        dump = "\n".join(connection.connection.driver_connection.iterdump())
     assert WRONG not in dump and PASSWORD not in dump
 
 

@@ -113,7 +113,7 @@ class Door:
                           answer.text)  # fmt: skip
         return "nobody" if match is None else f"{match[1]} {match[2]}"
 
-    def rows(self) -> list[tuple[str, str, str, str]]:
+    def rows(self) -> list[tuple[str, ...]]:
         query = select(AuditRow.person, AuditRow.operation, AuditRow.outcome, AuditRow.subject)
         with self.store.reading() as session:
             return [tuple(row) for row in session.execute(query.order_by(AuditRow.id))]
