@@ -14,7 +14,7 @@ from functools import cache
 from itertools import islice
 from typing import Any
 
-from sqlalchemy import Row, Select, bindparam, case, func, or_, select
+from sqlalchemy import ColumnElement, Row, Select, bindparam, case, exists, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from .base import in_batches
@@ -48,17 +48,30 @@ from .conditions import (
 )
 from .configurations import iter_levels
 from .impacts import ChannelFigures, Impact, Pulse, Shot, velocity_kind
+from .notes import Tag
 from .recordings import NOT_JUDGED, SEVERITIES, QualityFinding
 from .run_states import run_status
 
 PAGE = 2000
 
 
-def list_campaigns(session: Session) -> list[dict[str, Any]]:
+def is_tagged(word: str) -> ColumnElement[bool]:
+    """Whether people have put a tag on a campaign, for queries of `Campaign`.
+
+    Parameters:
+        word: The tag; letters' case does not count.
+    """
+    return exists().where(
+        Tag.subject_kind == CAMPAIGN, Tag.word == word.casefold(), Tag.subject == Campaign.name
+    )
+
+
+def list_campaigns(session: Session, tag: str | None = None) -> list[dict[str, Any]]:
     """Every campaign with its counts.
 
     Parameters:
         session: A session of the store.
+        tag: A tag that the campaigns have; by default (None) all are listed.
 
     Returns:
         A row for each campaign, by date and name, with `name`, `kind`, `date` (ISO 8601; None where
@@ -67,7 +80,9 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
     """
     hits = hit_counts(session)
     plans = list_plan_counts(session)
-    columns = (Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
+    query = select(Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
+    if tag is not None:
+        query = query.where(is_tagged(tag))
     return [
         {
             "name": name,
@@ -79,7 +94,7 @@ def list_campaigns(session: Session) -> list[dict[str, Any]]:
             "done": plans.get(key, (0, 0))[1],
         }
         for key, name, kind, date in session.execute(
-            select(*columns).order_by(is_day_unknown(), Campaign.date, Campaign.name)
+            query.order_by(is_day_unknown(), Campaign.date, Campaign.name)
         )
     ]
 

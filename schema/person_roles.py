@@ -15,8 +15,8 @@ READER, OPERATOR, ENGINEER, ADMINISTRATOR = "reader", "operator", "engineer", "a
 PERSON_ROLES = (READER, OPERATOR, ENGINEER, ADMINISTRATOR)
 #: What each may, in a person's words.
 ROLE_WORDS = {
-    READER: "read everything but users and the audit trail",
-    OPERATOR: "also ingest, record runs, predict, and write notes and tags",
+    READER: "read everything but users and the audit trail, and predict",
+    OPERATOR: "also ingest, record runs, tune, validate, and write notes and tags",
     ENGINEER: "also plan, train, promote, diagnose, adopt and archive, and read the audit trail",
     ADMINISTRATOR: "also manage users and materials, delete and restore",
 }

@@ -110,6 +110,8 @@ class Store:
         #: The change that is being made: its row goes with the first transaction that stores some
         #: of it.
         self.audit: AuditEntry | None = None
+        #: Whether the store was made when it was opened.
+        self.is_new = False
         self._written_by_id: int | None = None
         self._written_within: SessionTransaction | None = (
             None  # the savepoint that holds the provenance row
@@ -316,8 +318,9 @@ def open_scratch_store(writer: Writer) -> Store:
 
 def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
     try:
-        _check_revision(engine, url, create)
+        is_new = _check_revision(engine, url, create)
         store = Store(engine, writer)
+        store.is_new = is_new
         if create:
             seed_materials(store)
         return store
@@ -334,7 +337,8 @@ def _opened(engine: Engine, url: str, writer: Writer, create: bool) -> Store:
         raise
 
 
-def _check_revision(engine: Engine, url: str, create: bool) -> None:
+def _check_revision(engine: Engine, url: str, create: bool) -> bool:
+    """Whether the tables were made; they are those of this software afterwards."""
     revision = migrate.current_revision(engine)
     if revision is None and inspect(engine).get_table_names():
         # Looked at twice: between the two looks another process may have made the store.
@@ -342,12 +346,13 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
         if revision is None:
             raise StoreError(f"{describe(engine)} holds tables that are not a pyroshock store")
     if revision == migrate.HEAD:
-        return
+        return False
     if revision is not None:
         raise migrate.version_error(describe(engine), address_for_display(url), revision)
     if not create:
         raise no_store(engine, url)
     migrate.upgrade(engine)
+    return True
 
 
 def count_rows(store: Store) -> dict[str, int]:

@@ -19,6 +19,7 @@ from . import (
     registered_models,
     run_predictions,
     saved_views,
+    sign_on_identities,
     users,
 )
 from .base import Base
@@ -43,5 +44,6 @@ __all__ = [
     "registered_models",
     "run_predictions",
     "saved_views",
+    "sign_on_identities",
     "users",
 ]

@@ -96,19 +96,22 @@ class ExperimentStore:
     extract = PythonMethod(Extraction, EXTRACT)
 
     @raises_library_errors
-    def campaigns(self) -> pd.DataFrame:
+    def campaigns(self, *, tag: str | None = None) -> pd.DataFrame:
         """A campaign in each row, with counts of its impacts, shots and runs.
+
+        Parameters:
+            tag: Give those that people have put this tag on. [default: all]
 
         Returns:
             Columns `name`, `kind`, `date`, `impacts`, `shots`, and `planned` and `done`, which
             count the runs of the campaign's plans.
         """
-        return frame_of(self._campaign_rows(), ("name", "kind", "date"))
+        return frame_of(self._campaign_rows(tag), ("name", "kind", "date"))
 
-    def _campaign_rows(self) -> Sequence[Mapping[str, Any]]:
+    def _campaign_rows(self, tag: str | None) -> Sequence[Mapping[str, Any]]:
         from ..operations.ingest.campaigns import CAMPAIGN_LIST
 
-        return self._ask(CAMPAIGN_LIST).rows
+        return self._ask(CAMPAIGN_LIST, tag=tag).rows
 
     @raises_library_errors
     def impacts(

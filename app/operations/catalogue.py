@@ -35,6 +35,7 @@ OPERATIONS: dict[str, tuple[str, ...]] = {
     "home-arrange": ("home.pictures", "HOME_ARRANGE", "home arrange"),
     "user-list": ("people.users", "USER_LIST", "users list"),
     "user-add": ("people.users", "USER_ADD", "users add"),
+    "user-invite": ("people.users", "USER_INVITE", "users invite"),
     "user-change": ("people.users", "USER_CHANGE", "users change"),
     "user-password": ("people.users", "USER_PASSWORD", "users password"),
     "user-remove": ("people.users", "USER_REMOVE", "users remove"),

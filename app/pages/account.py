@@ -13,6 +13,7 @@ from ..operations.faults import read
 from ..operations.form import controls
 from ..operations.operation import Request as OperationRequest
 from ..operations.people.account import OWN_PASSWORD, TOKEN_ADD, TOKEN_LIST, OwnPassword
+from ..operations.people.stored_users import has_password
 from ..web.dependencies import InLaboratory
 from ..web.rendering import page
 from ..web.role_needs import role_of
@@ -34,6 +35,8 @@ def account(request: Request, laboratory: InLaboratory) -> Response:
         person=person,
         words=ROLE_WORDS[person.role],
         is_user=is_user,
+        has_password=is_user
+        and laboratory.store.read(lambda session: has_password(session, person.user_id)),
         controls=controls(TOKEN_ADD),
         tokens=tokens,
     )

@@ -30,6 +30,7 @@ from ..operations.ingest.planned_achieved import (
 )
 from ..operations.ingest.recording_quality import list_finding_rows, recording_quality
 from ..operations.ingest.removal import list_tombstones
+from ..operations.people.stored_notes import tags_in_use
 from ..operations.plan.figures import coverage_figure
 from ..web.dependencies import Configured, Name, OpenStore
 from ..web.page_sources import THE_STORE
@@ -67,20 +68,31 @@ PAGE = 50
 
 @router.get("/campaigns", dependencies=[Depends(THE_STORE)])
 def campaigns(
-    request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = ""
+    request: Request,
+    store: OpenStore,
+    kind: str = "",
+    name: str = "",
+    tag: str = "",
+    after: str = "",
 ) -> Response:
     rows: list[dict[str, Any]] = []
     fault, status, following = "", 200, None
     with store.reading() as session:
         try:
             rows, following = list_campaigns_page(
-                session, kind=kind or None, text=name, after=after or None, limit=PAGE
+                session,
+                kind=kind or None,
+                text=name,
+                tag=tag.strip() or None,
+                after=after or None,
+                limit=PAGE,
             )
         except (ValueError, LookupError) as error:
             fault, status = str(error), 404 if isinstance(error, LookupError) else 422
         keys = {row["name"]: get_campaign_id(session, row["name"]) for row in rows}
         quality = recording_quality(session, list(keys.values()))
-    filters = {"kind": kind, "name": name}
+        words = tags_in_use(session, "campaign")
+    filters = {"kind": kind, "name": name, "tag": tag}
     return page(
         request,
         "campaigns.html",
@@ -89,6 +101,8 @@ def campaigns(
         kinds=KINDS,
         kind=kind,
         name=name,
+        tag=tag,
+        tags=words,
         fault=fault,
         following=query({**filters, "after": following}) if following else "",
         beginning=(query(filters) or "/campaigns") if after else "",

@@ -12,7 +12,7 @@ from ..operations.faults import read
 from ..operations.form import controls
 from ..operations.operation import Request as OperationRequest
 from ..operations.people.audit_trail import AUDIT_LIST, AuditQuestion
-from ..operations.people.users import USER_ADD, USER_LIST
+from ..operations.people.users import USER_ADD, USER_INVITE, USER_LIST
 from ..web.dependencies import InLaboratory
 from ..web.rendering import page, query
 from ..web.role_needs import role_of
@@ -32,6 +32,8 @@ def users(request: Request, laboratory: InLaboratory) -> Response:
         roles=PERSON_ROLES,
         words=ROLE_WORDS,
         controls=controls(USER_ADD),
+        invitation=controls(USER_INVITE),
+        logins=any(row["login"] for row in answer.rows),
     )
 
 

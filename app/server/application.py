@@ -70,12 +70,15 @@ from ..web.csrf import require_csrf
 from ..web.forms import faults_of, field_of, is_form, where_next
 from ..web.guard import Guard
 from ..web.jobs import Jobs
+from ..web.lacking_roles import FormRoles
 from ..web.page_sources import SourceStamps
 from ..web.page_words import in_page_words
 from ..web.rendering import page
 from ..web.role_needs import require_role
 from ..web.settings import Settings
 from ..web.sign_in import SignIn
+from ..web.sign_in_record import SignInRecord
+from ..web.sign_on.sign_on import SignOn
 from ..web.static_files import send_static, static_files
 from ..web.warm_up import warm_up_in_thread
 from .compression import Compression
@@ -200,7 +203,14 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
         jobs,
         twins,
     )
-    app.state.sign_in = SignIn(settings.token, Accounts(store), asks_people=settings.asks_people)
+    app.state.sign_in = SignIn(
+        settings.token,
+        Accounts(store),
+        asks_people=settings.lets_in_users,
+        takes_passwords=settings.takes_passwords,
+        sign_on=None if settings.sign_on is None else SignOn(settings.sign_on),
+        record=SignInRecord(store),
+    )
     for module in _API:
         app.include_router(module.router, prefix="/api", responses=PROBLEMS)
     app.include_router(json_router(), prefix="/api", responses=PROBLEMS)
@@ -211,6 +221,7 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
     app.get("/static/{name}", include_in_schema=False)(_static)
     _tell_errors(app)
     routes = [*form_router().routes, *(route for module in PAGES for route in module.router.routes)]
+    app.state.form_roles = FormRoles(routes)
     pages = PageCache(app, routes, sources)
     return Guard(Compression(pages), settings, app.state.sign_in)
 

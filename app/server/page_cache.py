@@ -1,4 +1,4 @@
-"""Pages that are made once for all who open them, until what they rest on changes.
+"""Pages that are made once for all of a role who open them, until what they rest on changes.
 
 The stamp of the sources is read before a page is made, so that a page that is kept is never older
 than its stamp; one that finds another stamp is made anew. Nothing is kept by time.
@@ -24,7 +24,8 @@ from .compression import deflate, gzip_of
 
 #: Bytes of all pages that are kept, as they are and compressed.
 _MOST_BYTES = 24_000_000
-_Key = tuple[str, bytes]
+#: Path, query, and what of a person a page is made for: role and kind.
+_Key = tuple[str, bytes, str, str]
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class PageCache:
         if source is None:
             await self.app(scope, receive, send)
             return
-        key = scope["path"], scope["query_string"]
+        person = scope["state"]["person"]
+        key = scope["path"], scope["query_string"], person.role, person.kind
         page = await self._current(key, source)
         if page is None:
             with self._lock_of(key) as lock:

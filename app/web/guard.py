@@ -19,17 +19,25 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ...schema.person_roles import LOCAL, READER, Person
+from ...schema.person_roles import Person
 from ..operations.people.attachments import MOST_BYTES
 from .forms import is_form
 from .settings import Settings, is_loopback
-from .sign_in import SIGN_IN, SignIn, SignInError, new_identifier, session_cookie, session_of
+from .sign_in import (
+    OPEN_PAGES,
+    SESSION,
+    SIGN_IN,
+    SignIn,
+    SignInError,
+    new_identifier,
+    session_cookie,
+    session_of,
+)
+from .sign_in_record import NOBODY
 
 #: Stands within a path for a slash that belongs to a name; a private character of Unicode.
 INNER_SLASH = "\ue02f"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
-#: Who sends a request of which nobody knows: it sees the page that asks to sign in.
-NOBODY = Person("nobody", READER, LOCAL)
 #: These take a campaign's files.
 UPLOADS = ("/ingest", "/api/ingest")
 #: A file that is attached: in a form as it is, in JSON as base64, with the other fields beside it.
@@ -123,7 +131,9 @@ class Guard:
             return False
         # Beyond loopback the server cannot know by which names the network calls it; there the
         # token guards.
-        return is_loopback(name) or not is_loopback(self.settings.host)
+        if is_loopback(name) or not is_loopback(self.settings.host):
+            return True
+        return name == self.settings.public_name
 
     async def _admission(self, request: Request) -> Response | None:
         """None for who may pass. `?token=` opens a session and leaves the address; a browser gets
@@ -139,11 +149,13 @@ class Guard:
                 answer = RedirectResponse(
                     "/" + path.lstrip("/") + (f"?{rest}" if rest else ""), 303
                 )
-                answer.headers.append(
-                    "set-cookie", session_cookie(request, self.sign_in.new_session(request, token))
+                identifier = await to_thread.run_sync(
+                    self.sign_in.new_session, request, token, limiter=self._asking
                 )
+                answer.headers.append("set-cookie", session_cookie(request, identifier))
                 return answer
-            if path != SIGN_IN:
+            # Letter for letter: what is decoded afterwards is another address.
+            if path not in OPEN_PAGES or b"%" in request.scope.get("raw_path", b""):
                 request.scope["state"]["person"] = await self._person_of(request)
         except SignInError as error:
             if request.method == "GET" and "text/html" in request.headers.get("accept", ""):
@@ -222,6 +234,10 @@ class Guard:
             if message["type"] == "http.response.start":
                 headers = message.setdefault("headers", [])
                 present = {name.lower() for name, _ in headers}
+                opens_session = any(
+                    name.lower() == b"set-cookie" and value.startswith(f"{SESSION}=".encode())
+                    for name, value in headers
+                )
                 added = (
                     _HEADERS
                     if request.url.path.startswith("/static")
@@ -230,7 +246,7 @@ class Guard:
                 headers += [
                     (n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present
                 ]
-                if not has_session and b"set-cookie" not in present:
+                if not has_session and not opens_session:
                     headers.append((b"set-cookie", session_cookie(request, session).encode()))
             await send(message)
 

@@ -15,6 +15,7 @@ from markupsafe import Markup
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
+from ...schema.person_roles import ADMINISTRATOR
 from ..common.number_format import finite, format_number
 from ..common.quantities import cell, heading, in_shown_units
 from ..figures.figure import Plot, PlotGrid
@@ -113,6 +114,9 @@ def page(request: Request, template: str, status: int = 200, **values: Any) -> H
             **values,
         )
     )
+    person, forms = request.state.person, request.app.state.form_roles
+    if not person.may(ADMINISTRATOR):
+        text = forms.marked(text, person, request.url.path)
     return HTMLResponse(text, status)
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ipaddress
 from dataclasses import dataclass, field
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from ...schema.addresses import address_for_display
+from .sign_on.settings import SignOnSettings
 
 MEGABYTE = 1_000_000
 
@@ -40,9 +42,18 @@ class Settings:
     trusted_proxies: tuple[str, ...] = ()
     #: Whether people sign in with a name and a password, also where there is no token.
     asks_people: bool = False
+    #: The laboratory's identity provider, where people sign in through one.
+    sign_on: SignOnSettings | None = None
+    #: Whether users sign in with passwords, too.
+    takes_passwords: bool = True
 
     def __post_init__(self) -> None:
-        if self.token is None and not self.asks_people and not is_loopback(self.host):
+        if not self.takes_passwords and self.sign_on is None:
+            raise SettingsError(
+                "--no-passwords lets in nobody without an identity provider; give --sso-issuer, "
+                "--sso-client-id and --public-address"
+            )
+        if self.token is None and not self.lets_in_users and not is_loopback(self.host):
             raise SettingsError(
                 f"--host {self.host} can be reached by others: give them a token to know, "
                 "--token WORD or PYROSHOCK_TOKEN (16 characters or more), or let in users alone "
@@ -70,6 +81,16 @@ class Settings:
                     f"--trusted-proxy {proxy!r} is no address or network; "
                     f"expected one like 127.0.0.1 or 172.18.0.0/16"
                 ) from error
+
+    @property
+    def lets_in_users(self) -> bool:
+        """Whether people sign in as users, also where there is no token."""
+        return self.asks_people or self.sign_on is not None
+
+    @property
+    def public_name(self) -> str | None:
+        """The name of this server in the browsers of people, where it was told."""
+        return None if self.sign_on is None else urlsplit(self.sign_on.public_address).hostname
 
     def is_trusted_proxy(self, host: str) -> bool:
         """Whether a connection from this address is one of a trusted proxy, which brings the

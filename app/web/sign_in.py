@@ -1,29 +1,37 @@
-"""Who may pass where the server has a token or asks people for their password: an open session,
-`Authorization: Bearer TOKEN`, or a sign-in."""
+"""Who may pass where the server has a token or asks people to sign in: an open session,
+`Authorization: Bearer TOKEN`, or a sign-in by password, token or identity provider."""
 
 from __future__ import annotations
 
 import hmac
 import math
 import secrets
+from collections.abc import Mapping
 from http.cookies import CookieError, SimpleCookie
 
 from starlette.requests import Request
 
 from ...schema.person_roles import LOCAL_PERSON, TOKEN_PERSON, USER, Person
+from ..operations.people.stored_identities import NotAdmittedError
 from ..operations.people.stored_users import TOKEN_BEGIN
-from .accounts import Accounts
+from .accounts import PROVIDER_WAY, Accounts
 from .sessions import OpenSession, Sessions
 from .sign_in_attempts import SignInAttempts
+from .sign_in_record import SignInRecord
+from .sign_on.provider import ProviderError
+from .sign_on.settings import BEGIN, RETURN
+from .sign_on.sign_on import SignOn
 
 SESSION = "pyroshock_session"
 #: The page with the form; the only one that is shown without the token.
 SIGN_IN = "/sign-in"
+#: Shown to who is not signed in.
+OPEN_PAGES = frozenset({SIGN_IN, BEGIN, RETURN})
 
 
 class SignInError(ValueError):
-    """Not admitted; `status` is 401, or 429 while tokens from this address are not looked at
-    (`retry_after_s`)."""
+    """Not admitted; `status` is 401, 403 for who is known and no user here, or 429 while tokens
+    from this address are not looked at (`retry_after_s`)."""
 
     def __init__(self, status: int, message: str, retry_after_s: int | None = None) -> None:
         super().__init__(message)
@@ -50,8 +58,12 @@ class SignIn:
         asks_people: bool = False,
         sessions: Sessions | None = None,
         attempts: SignInAttempts | None = None,
+        takes_passwords: bool = True,
+        sign_on: SignOn | None = None,
+        record: SignInRecord | None = None,
     ) -> None:
         self._token, self._accounts, self._asks_people = token, accounts, asks_people
+        self.takes_passwords, self.sign_on, self._record = takes_passwords, sign_on, record
         self.sessions = sessions or Sessions()
         #: Wrong words by the address that they come from, and wrong passwords by the name.
         self.attempts = attempts or SignInAttempts()
@@ -72,7 +84,8 @@ class SignIn:
         opened = self.sessions.find(session_of(request) or "") if self.needed else None
         if opened is not None:
             return opened.person.kind == USER
-        return self.needed and f" {TOKEN_BEGIN}" in request.headers.get("authorization", "")
+        # A token may be that of a person's script, and one that is wrong gets a row.
+        return self.needed and "authorization" in request.headers
 
     def person_of(self, request: Request) -> Person:
         """Who sends a request: of an open session, or of the right token of a script. Raises
@@ -106,11 +119,14 @@ class SignIn:
         self._check_wait(request)
         self._check_token(request, token)
         self.sessions.end(session_of(request) or "")
+        self._record_entry(request, TOKEN_PERSON, "token")
         return self.sessions.begin()
 
     def new_session_of(self, request: Request, name: str, password: str) -> str:
         """The identifier of a new session of a user; the one before it ends. Raises `SignInError`,
         with the same words for an unknown name as for a wrong password."""
+        if not self.takes_passwords:
+            raise SignInError(403, "nobody signs in here with a password")
         self._check_wait(request)
         wait_s = math.ceil(self.attempts_by_name.wait_s(name))
         if wait_s > 0:
@@ -124,11 +140,57 @@ class SignIn:
         if person is None:
             self.attempts.failed(_host(request))
             self.attempts_by_name.failed(name)
+            self._record_failure(request, "password", name)
             raise SignInError(401, "the name or the password is wrong")
         self.attempts.succeeded(_host(request))
         self.attempts_by_name.succeeded(name)
         self.sessions.end(session_of(request) or "")
+        self._record_entry(request, person[0], "password")
         return self.sessions.begin(*person)
+
+    def new_session_of_account(
+        self, request: Request, cookie: str, query: Mapping[str, str]
+    ) -> tuple[str, str]:
+        """The identifier of a new session of who has signed in at the identity provider, and the
+        address of the page that was asked for.
+
+        Parameters:
+            request: The request with which the browser comes back.
+            cookie: What it has kept since the sign-in began (`SignOn.begin`).
+            query: What the provider sends with it.
+
+        Raises:
+            SignInError: 401 where nothing is proved, 403 for an account that is nobody's here.
+        """
+        if self.sign_on is None or self._accounts is None:
+            raise SignInError(404, "this server has no single sign-on")
+        self._check_wait(request)
+        try:
+            account, address = self.sign_on.finish(cookie, query)
+            person = self._accounts.by_account(
+                account, self.sign_on.settings.rules, _host(request), self._record
+            )
+        except NotAdmittedError as error:
+            self._record_failure(request, PROVIDER_WAY, message=str(error))
+            raise SignInError(403, str(error)) from error
+        except ProviderError as error:
+            if error.is_a_refusal:
+                self.attempts.failed(_host(request))
+                self._record_failure(request, PROVIDER_WAY, message=str(error))
+            raise SignInError(401, str(error)) from error
+        self.attempts.succeeded(_host(request))
+        self.sessions.end(session_of(request) or "")
+        return self.sessions.begin(*person), address
+
+    def sign_out(self, request: Request, person: Person, *, everywhere: bool = False) -> None:
+        """End the session of this browser, or with `everywhere` those of the person on all devices;
+        for anybody but a user, all of this server."""
+        identifier = session_of(request) or ""
+        if self._record is not None and self.sessions.is_open(identifier):
+            self._record.signed_out(person, _host(request), everywhere=everywhere)
+        self.sessions.end(identifier)
+        if everywhere:
+            self.end_sessions_of(person)
 
     def renewed_session(self, request: Request, person: Person) -> str:
         """The identifier of the session that goes on after its user has changed the password, which
@@ -176,8 +238,19 @@ class SignIn:
     def _check_token(self, request: Request, token: str) -> None:
         if self._token is None or not hmac.compare_digest(token.encode(), self._token.encode()):
             self.attempts.failed(_host(request))
+            self._record_failure(request, "token")
             raise SignInError(401, "this is not the server's token")
         self.attempts.succeeded(_host(request))
+
+    def _record_entry(self, request: Request, person: Person, way: str) -> None:
+        if self._record is not None:
+            self._record.signed_in(person, _host(request), way)
+
+    def _record_failure(
+        self, request: Request, way: str, name: str = "", message: str = ""
+    ) -> None:
+        if self._record is not None:
+            self._record.failed(_host(request), way, name, message)
 
 
 def _host(request: Request) -> str | None:

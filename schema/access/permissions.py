@@ -26,7 +26,7 @@ APPEND_ONLY = (
 )
 #: People, and what they sign in with: an operator's login looks them up, and the admin's alone
 #: writes them. The hashes are nothing for a reader's.
-PEOPLE = ("users", *SECRET_TABLES)
+PEOPLE = ("users", *SECRET_TABLES, "sign_on_identities")
 #: Of these an operator changes some columns: hits are linked to their plan and to corrected
 #: settings, pulses are taken into use, a campaign's bench is completed, an attachment is removed or
 #: restored. To which recording and campaign they belong, and their figures, stay.

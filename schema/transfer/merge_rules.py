@@ -122,6 +122,7 @@ STAY_BEHIND = frozenset(
         "users",
         "password_hashes",
         "personal_tokens",
+        "sign_on_identities",
         "audit_rows",
         "notes",
         "tags",

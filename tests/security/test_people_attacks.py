@@ -55,6 +55,9 @@ ATTACKS = {
     "delete a password": "DELETE FROM password_hashes",
     "make a token": "INSERT INTO personal_tokens SELECT * FROM personal_tokens",
     "raise a token": "UPDATE personal_tokens SET role = 'administrator', revoked_at = NULL",
+    "bind an account": "UPDATE sign_on_identities SET subject = 'x'",
+    "add an account": "INSERT INTO sign_on_identities SELECT * FROM sign_on_identities",
+    "take an account away": "DELETE FROM sign_on_identities",
     "own the trail": "ALTER TABLE audit_rows OWNER TO CURRENT_USER",
     "no trail any more": "DROP TABLE audit_rows CASCADE",
 }

@@ -48,6 +48,7 @@ def promote(
     other: tuple[str, PulseTable] | None = None,
     forced: bool = False,
     reason: str = "",
+    who: str | None = None,
 ) -> Decision:
     """Make a version the champion of its predictor set where the gate of `evaluation.gate` lets it
     pass, or refuse to.
@@ -74,6 +75,7 @@ def promote(
             decision then says what failed.
         reason: Why somebody wants the version promoted; it is kept with the decision. A forced
             promotion needs it; else it may be empty, which is the default.
+        who: The person who decides; by default (None) the login of this process and its machine.
 
     Returns:
         The decision as it is kept.
@@ -98,6 +100,8 @@ def promote(
             decision = _decision(candidate, champion, True, forced, why, "promoted")
         else:
             decision = _decide_promotion(registry, candidate, champion, read, other, forced, reason)
+        if who is not None:
+            decision = replace(decision, who=who)
         registry.decide(decision, candidate)
     return decision
 

@@ -74,11 +74,12 @@ def samples(
 
 
 @_own.get("/library/campaigns")
-def campaigns(laboratory: InLaboratory) -> Response:
-    """All campaigns, without pages."""
-    from ...operations.ingest.campaigns import CAMPAIGN_LIST
+def campaigns(laboratory: InLaboratory, tag: str | None = None) -> Response:
+    """All campaigns, or those with a tag, without pages."""
+    from ...operations.ingest.campaigns import CAMPAIGN_LIST, CampaignSelection
 
-    answer = CAMPAIGN_LIST.answer(CAMPAIGN_LIST.request(), laboratory, _no_progress)
+    selection = read(CampaignSelection, {"tag": tag}, "network")
+    answer = CAMPAIGN_LIST.answer(selection, laboratory, _no_progress)
     return result_answer(answer)
 
 

@@ -9,7 +9,8 @@ from urllib.parse import quote
 
 from pydantic import Field
 
-from ..faults import about
+from ....schema.person_roles import USER, Person
+from ..faults import FieldError, about
 from ..fields import Presentation, request_field
 from ..form import texts_of
 from ..laboratory import Laboratory
@@ -31,7 +32,9 @@ class ViewSaving(Exploration):
     name: ViewName = request_field(
         help="Name the view.", presentation=Presentation(positional=True, metavar="NAME")
     )
-    creator: str | None = request_field(None, max_length=200, help="Say who saves it.")
+    creator: str | None = request_field(
+        None, max_length=200, help="Say who saves it; of who is signed in it is the name."
+    )
     replace: bool = request_field(
         False, help="Replace a view of the same name, which can be restored afterwards."
     )
@@ -120,13 +123,28 @@ def _save(request: ViewSaving, laboratory: Laboratory, progress: Progress) -> Ou
     EXPLORE.answer(whole, laboratory, progress)  # what cannot be drawn is not saved
     stated = texts_of(whole).keys()
     fields = {key: value for key, value in whole.model_dump(mode="json").items() if key in stated}
+    creator = _creator(request, laboratory.person)
     with about("name"):
         laboratory.store.write(
             lambda session: add_view(
-                session, request.name, request.creator, fields, replace=request.replace
+                session, request.name, creator, fields, replace=request.replace
             )
         )
     return _done(request.name, "saved", view_address(request.name))
+
+
+def _creator(request: ViewSaving, person: Person) -> str | None:
+    """The name of who is signed in; of others what they say. Raises `FieldError` for the name of
+    somebody else."""
+    if person.kind != USER:
+        return request.creator
+    if request.creator not in (None, person.name):
+        raise FieldError(
+            "creator",
+            f"creator is {request.creator!r}; expected none, for you are signed in as "
+            f"{person.name}",
+        )
+    return person.name
 
 
 def _rename(request: ViewRenaming, laboratory: Laboratory, _: Progress) -> Outcome:

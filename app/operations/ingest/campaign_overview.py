@@ -16,7 +16,7 @@ from ....schema.benches import Material
 from ....schema.campaign_counts import hit_counts
 from ....schema.campaigns import Campaign, stated_day
 from ....schema.conditions import get_campaign_id
-from ....schema.listings import list_impacts_page, list_plan_counts, list_shots_page
+from ....schema.listings import is_tagged, list_impacts_page, list_plan_counts, list_shots_page
 from ....schema.recordings import SET_ASIDE, SEVERITIES, QualityFinding, RecordedChannel, Recording
 from ....schema.row_hashes import ROW_SHA256
 from ...common.nominal_velocity import with_predictions
@@ -203,14 +203,15 @@ def list_campaigns_page(
     *,
     kind: str | None = None,
     text: str = "",
+    tag: str | None = None,
     after: str | None = None,
     limit: int = 50,
 ) -> tuple[list[dict[str, Any]], str | None]:
     """At most `limit` campaigns beyond the one named `after`, and the name that the next page goes
     on from.
 
-    Rows as `list_campaigns`; `kind` and a `text` within the name (letters' case does not count)
-    narrow them. That name is None on the last page. Raises `ValueError` for another kind,
+    Rows as `list_campaigns`; `kind`, a `text` within the name (letters' case does not count) and a
+    `tag` narrow them. That name is None on the last page. Raises `ValueError` for another kind,
     `LookupError` for an unknown `after`.
     """
     if kind is not None and kind not in KINDS:
@@ -220,6 +221,8 @@ def list_campaigns_page(
         query = query.where(Campaign.kind == kind)
     if text:
         query = query.where(func.lower(Campaign.name).contains(text.lower(), autoescape=True))
+    if tag is not None:
+        query = query.where(is_tagged(tag))
     if after is not None:
         query = query.where(_beyond_plan(session, after))
     campaigns = session.execute(

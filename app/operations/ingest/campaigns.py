@@ -27,6 +27,7 @@ from ..operation import (
     ResultTable,
     Rows,
 )
+from ..people.tags import TagWord
 from ..upload_folders import is_scratch
 from .removed import DryRunnable, Reason, RemovedPart, removal_row
 from .request import NamedCampaign
@@ -34,20 +35,32 @@ from .request import NamedCampaign
 _SHOWN = {"form": "It changes nothing; a page shows it."}
 
 
-def _list(_: Request, laboratory: Laboratory, __: Progress) -> Rows:
+def _tag_field() -> Any:
+    return request_field(None, help="Give those that people have put this tag on.")
+
+
+class CampaignSelection(Request):
+    """Which campaigns are listed."""
+
+    tag: TagWord | None = _tag_field()
+
+
+def _list(request: CampaignSelection, laboratory: Laboratory, _: Progress) -> Rows:
     from ....schema.listings import list_campaigns
 
     with laboratory.store.reading() as session:
-        rows = list_campaigns(session)
-    return Rows(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+        rows = list_campaigns(session, request.tag)
+    empty = "no campaigns yet; read one with: pyroshock ingest FOLDER"
+    return Rows(rows, empty if request.tag is None else f"no campaign has the tag {request.tag}")
 
 
-CAMPAIGN_LIST: Operation[Request, Rows] = Operation(
+CAMPAIGN_LIST: Operation[CampaignSelection, Rows] = Operation(
     name="campaign-list",
-    request=Request,
+    request=CampaignSelection,
     run=_list,
     help="List the campaigns with their counts.",
-    example="pyroshock campaigns list --sort -shots --columns name,kind,shots",
+    example="pyroshock campaigns list --sort -shots --columns name,kind,shots\n"
+    "pyroshock campaigns list --tag doubtful",
     command=("campaigns", "list"),
     listing=True,
     absent={**_SHOWN, "json": "GET /api/campaigns gives the list page by page."},
@@ -63,6 +76,7 @@ class CampaignPage(Request):
     name: str = request_field(
         "", max_length=1000, help="Give those with this text within their name."
     )
+    tag: TagWord | None = _tag_field()
     after: str | None = request_field(
         None, max_length=1000, help="Begin behind the campaign of this name."
     )
@@ -77,6 +91,7 @@ def _page(request: CampaignPage, laboratory: Laboratory, _: Progress) -> Rows:
             session,
             kind=request.kind,
             text=request.name,
+            tag=request.tag,
             after=request.after,
             limit=request.limit,
         )

@@ -108,8 +108,8 @@ AUDIT_LIST: Operation[AuditQuestion, AuditRows] = Operation(
     help="""List who has changed what, the newest first: one row for each change that was made
 through a page, the API, a job, the command line or Python.
 
-On the command line and in Python the person is the user of the operating system. Rows are never
-changed or deleted.""",
+Sign-ins to the pages, those that failed and sign-outs have rows, too. On the command line and in
+Python the person is the user of the operating system. Rows are never changed or deleted.""",
     example="pyroshock audit --last 20\npyroshock audit --person anna --operation train",
     command=("audit",),
     route=("GET", "/audit"),

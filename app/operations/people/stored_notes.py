@@ -166,6 +166,12 @@ def tags_on(session: Session, subject: Subject) -> list[str]:
     return list(session.scalars(select(Tag.word).where(subject.is_of(Tag)).order_by(Tag.word)))
 
 
+def tags_in_use(session: Session, kind: str) -> list[str]:
+    """The tags of all things of a kind."""
+    query = select(Tag.word).where(Tag.subject_kind == kind).distinct().order_by(Tag.word)
+    return list(session.scalars(query))
+
+
 def add_tag(session: Session, subject: Subject, word: str, person: Person) -> None:
     """Put a tag on something that may have it already."""
     own = select(Tag.id).where(subject.is_of(Tag), Tag.word == word)

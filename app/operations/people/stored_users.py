@@ -8,18 +8,19 @@ import secrets
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from ....schema.person_roles import ADMINISTRATOR, PERSON_ROLES, USER, Person
+from ....schema.sign_on_identities import SignOnIdentity
 from ....schema.users import PasswordHash, PersonalToken, User
 from .passwords import check_password, hash_of_nobody, hash_password, is_password
 
 #: Begins a token that a person has made; the server's own token may be any word.
 TOKEN_BEGIN = "pyroshock_"  # noqa: S105  # the same of every token, and no secret
 #: A name that a person signs in with; those of others than users are nobody's.
-_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
-_RESERVED = ("token", "local", "nobody", "unknown")
+NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
+RESERVED_NAMES = ("token", "local", "nobody", "unknown")
 
 
 class UnknownUserError(LookupError):
@@ -39,10 +40,10 @@ def add_user(session: Session, name: str, role: str, password: str) -> User:
 
     Raises `ValueError` for a name that is taken or cannot be one, and `PasswordError`.
     """
-    if not _NAME.fullmatch(name) or name in _RESERVED:
+    if not NAME.fullmatch(name) or name in RESERVED_NAMES:
         raise ValueError(
             f"name is {name!r}; expected small letters, digits, and . _ - between them, and none "
-            f"of {', '.join(_RESERVED)}"
+            f"of {', '.join(RESERVED_NAMES)}"
         )
     check_password(password, name)
     now = datetime.now(UTC)
@@ -62,7 +63,7 @@ def add_user(session: Session, name: str, role: str, password: str) -> User:
 def change_role(session: Session, name: str, role: str) -> None:
     """Give a user another role. Raises `UnknownUserError`, and `ValueError` for the last
     administrator."""
-    user = _present_user(session, name)
+    user = present_user(session, name)
     if role != ADMINISTRATOR:
         _check_not_last(session, user)
     user.role = role
@@ -71,7 +72,7 @@ def change_role(session: Session, name: str, role: str) -> None:
 def remove_user(session: Session, name: str) -> None:
     """End all that a user may do: sessions and tokens open nothing from now on. The name stays in
     the audit trail. Raises as `change_role`."""
-    user = _present_user(session, name)
+    user = present_user(session, name)
     _check_not_last(session, user)
     user.removed_at, user.generation = datetime.now(UTC), user.generation + 1
     tokens = select(PersonalToken).where(
@@ -79,15 +80,34 @@ def remove_user(session: Session, name: str) -> None:
     )
     for token in session.scalars(tokens):
         token.revoked_at = user.removed_at
+    # The account at the identity provider and its login are free for others.
+    for identity in session.scalars(_identity_of(user)):
+        session.delete(identity)
 
 
 def set_password(session: Session, name: str, password: str) -> None:
     """Give a user another password, and end the sessions of the one before. Raises
     `UnknownUserError`, `PasswordError`."""
     check_password(password, name)
-    user = _present_user(session, name)
+    user = present_user(session, name)
     user.generation += 1
     _set_password(session, user, password)
+
+
+def forget_password(session: Session, user: User) -> None:
+    """Leave a user without a password: another way in is the only one."""
+    for row in session.scalars(select(PasswordHash).where(PasswordHash.user_id == user.id)):
+        session.delete(row)
+
+
+def has_password(session: Session, user_id: int) -> bool:
+    """Whether a user signs in with a password."""
+    own = select(PasswordHash.id).where(PasswordHash.user_id == user_id)
+    return session.scalar(own) is not None
+
+
+def _identity_of(user: User) -> Select[SignOnIdentity]:
+    return select(SignOnIdentity).where(SignOnIdentity.user_id == user.id)
 
 
 def _set_password(session: Session, user: User, password: str) -> None:
@@ -100,7 +120,7 @@ def _set_password(session: Session, user: User, password: str) -> None:
         row.argon2, row.changed_at = argon2, now
 
 
-def _present_user(session: Session, name: str) -> User:
+def present_user(session: Session, name: str) -> User:
     user = get_user(session, name)
     if user.removed_at is not None:
         raise UnknownUserError(f"user {name!r} was removed; pyroshock users add {name} takes back")
@@ -118,16 +138,24 @@ def _check_not_last(session: Session, user: User) -> None:
 
 
 def user_rows(session: Session) -> list[dict[str, Any]]:
-    """All users, those who were removed last, without what they sign in with."""
-    users = session.scalars(select(User).order_by(User.removed_at.is_not(None), User.name))
+    """All users, those who were removed last, without what they sign in with. `login` is that at
+    the laboratory's identity provider, of those who come through it; `bound`: an account has signed
+    in with it."""
+    query = (
+        select(User, SignOnIdentity)
+        .outerjoin(SignOnIdentity, SignOnIdentity.user_id == User.id)
+        .order_by(User.removed_at.is_not(None), User.name)
+    )
     return [
         {
             "name": user.name,
             "role": user.role,
+            "login": identity and identity.login,
+            "bound": identity and identity.subject is not None,
             "made_at": user.made_at.isoformat(timespec="seconds"),
             "removed_at": user.removed_at and user.removed_at.isoformat(timespec="seconds"),
         }
-        for user in users
+        for user, identity in session.execute(query)
     ]
 
 

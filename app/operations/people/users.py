@@ -97,6 +97,70 @@ A person who was removed is taken back so, with a new password.""",
 )
 
 
+class Invitation(Request):
+    """A person who is to sign in through the laboratory's identity provider."""
+
+    name: UserName = request_field(
+        help="Give the name of the person here: small letters, digits, and . _ -.",
+        presentation=_NAMED,
+    )
+    login: Annotated[str, Field(min_length=1, max_length=200)] = request_field(
+        help="Give the login at the identity provider, such as the e-mail address."
+    )
+    role: RoleName | None = request_field(
+        None,
+        help="Give the role of a person who is new here; a user who is there keeps the own. "
+        "[default: reader]",
+    )
+    subject: Annotated[str, Field(min_length=1, max_length=255)] | None = request_field(
+        None,
+        help="Name the account at the identity provider by its subject (sub), with the issuer: no "
+        "other account can use the invitation then.",
+    )
+    issuer: Annotated[str, Field(min_length=1, max_length=500)] | None = request_field(
+        None, help="Give the address of the identity provider that the subject is of."
+    )
+
+    @model_validator(mode="after")
+    def _has_both_or_none(self) -> Invitation:
+        if (self.subject is None) != (self.issuer is None):
+            missing = "subject" if self.subject is None else "issuer"
+            raise ValueError(f"{missing} is missing; expected subject and issuer, or neither")
+        return self
+
+
+def _invite(request: Invitation, laboratory: Laboratory, _: Progress) -> Outcome:
+    from .stored_identities import invite
+
+    account = None
+    if request.issuer is not None and request.subject is not None:
+        account = (request.issuer, request.subject)
+
+    def add(session: Session) -> bool:
+        return invite(session, request.name, request.login, request.role, account)
+
+    is_new = laboratory.store.write(add)
+    added = f"added with the role {request.role or READER}, and " if is_new else ""
+    return _changed(request.name, f"{added}invited as {request.login}")
+
+
+USER_INVITE: Operation[Invitation, Outcome] = Operation(
+    name="user-invite",
+    request=Invitation,
+    run=_invite,
+    help="""Invite a person to sign in through the laboratory's identity provider.
+
+The first account that signs in with this login becomes the person's, and stays so whatever it is
+called later. Inviting a user again ends that, and the sessions of the user.""",
+    example="pyroshock users invite anna --login anna@lab.example --role engineer",
+    command=("users", "invite"),
+    route=("POST", "/users/invitations"),
+    role=ADMINISTRATOR,
+    absent=_IN_A_STORE,
+    form=FormPage("/users", "user-invite", "/users/invitations"),
+)
+
+
 class UserChange(Request):
     """Another role of a person."""
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ....schema.person_roles import OPERATOR
 from ..faults import about_field
 from ..laboratory import Laboratory
 from ..operation import Operation, Output, Progress, Result
@@ -98,7 +97,6 @@ _TABLES = (".csv", ".parquet")
 
 PREDICT: Operation[PredictionsRequest, Any] = Operation(
     name="predict",
-    role=OPERATOR,
     request=PredictionsRequest,
     run=_run,
     check=check,
@@ -168,7 +166,6 @@ def _controls(request: PredictionRequest, laboratory: Laboratory, _: Progress) -
 
 TWIN: Operation[PredictionRequest, TwinControls] = Operation(
     name="twin",
-    role=OPERATOR,
     request=PredictionRequest,
     run=_controls,
     help="What can be set of a shot, in which ranges, what the model knows of it, and what the "

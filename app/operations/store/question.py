@@ -106,7 +106,7 @@ def _answered(
     statement, person = Statement(sql, request.parameters), laboratory.person
     hidden = [
         *SECRET_TABLES,
-        *([] if person.may(ADMINISTRATOR) else ["users"]),
+        *([] if person.may(ADMINISTRATOR) else ["users", "sign_on_identities"]),
         *([] if person.may(ENGINEER) else ["audit_rows"]),
     ]
     with run_statement(laboratory.store.engine, statement, request.timeout, hidden) as batches:

@@ -47,7 +47,12 @@ def _missing_roles(engine: Engine) -> tuple[str, ...]:
 def _init(_: Request, laboratory: Laboratory, __: Progress) -> Outcome:
     from ....schema.engine import describe
 
-    engine = laboratory.store.engine
+    store = laboratory.store
+    engine, entry = store.engine, store.audit
+    if store.is_new and entry is not None:
+        # The tables were made before anything could stand in them.
+        entry.recorded = True
+        store.write(lambda session: session.add(entry.row()))
     lines = (f"store ready: {describe(engine)}", *_missing_roles(engine))
     return Outcome(lines, {"store": describe(engine)})
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, model_validator
 
-from ....schema.person_roles import ENGINEER
+from ....schema.person_roles import ENGINEER, USER
 from ..faults import about
 from ..fields import Presentation, request_field
 from ..laboratory import Laboratory
@@ -78,7 +78,7 @@ class Promoting(NamedVersion):
 def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDecision:
     from ...common.model_registry import models_extra, needed, pulses_on, reader_of
 
-    store = laboratory.store
+    store, person = laboratory.store, laboratory.person
     with models_extra():
         from ....training.registry.listing import chosen
 
@@ -102,6 +102,7 @@ def _run(request: Promoting, laboratory: Laboratory, _: Progress) -> PromotionDe
             other=other,
             forced=request.force,
             reason=request.reason,
+            who=person.name if person.kind == USER else None,
         )
     return PromotionDecision(decision)
 

@@ -85,6 +85,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     },
     "user-list": {},
     "user-add": {"name": "anna", "role": "operator", "password": PASSWORD},
+    "user-invite": {"name": "anna", "login": "anna@lab.example"},
     "user-change": {"name": "anna", "role": "engineer"},
     "user-password": {"name": "anna", "password": "five other grey herons"},
     "user-remove": {"name": "anna"},

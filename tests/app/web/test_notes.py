@@ -151,6 +151,29 @@ def test_a_tag_filters_impacts_at_every_door(lab: Laboratory) -> None:
     assert client.get("/api/impacts", params={"where": "tag=doubtful"}).json() == []
 
 
+def test_a_tag_filters_campaigns_at_every_door(lab: Laboratory) -> None:
+    client = lab.browser("olaf")
+    page = client.get("/campaigns").text
+    assert 'href="/campaigns/spring"' in page and 'name="tag"' not in page
+    body = {"about": "campaign", "subject": "spring", "tag": "Doubtful"}
+    assert post_json(client, "/api/tags", body).status_code == 200
+    impact = {"about": "impact", "subject": "2", "tag": "loud"}
+    assert post_json(client, "/api/tags", impact).status_code == 200
+    for tag, campaigns in (("doubtful", ["spring"]), ("Doubtful", ["spring"]), ("loud", [])):
+        words = ("campaigns", "list", "--tag", tag, "--json", "--db", lab.db)
+        assert [row["name"] for row in json.loads(run_pyroshock(*words).stdout)] == campaigns
+        for address in ("/api/campaigns", "/api/library/campaigns"):
+            answer = client.get(address, params={"tag": tag})
+            assert answer.status_code == 200 and ("spring" in answer.text) is bool(campaigns)
+        page = client.get("/campaigns", params={"tag": tag}).text
+        assert ('href="/campaigns/spring"' in page) is bool(campaigns)
+        assert 'id="tag"' in page and ("No campaign matches." in page) is not campaigns
+        with ExperimentStore.open(lab.db) as library:
+            assert list(library.campaigns(tag=tag)["name"]) == campaigns
+    refused = client.get("/api/campaigns", params={"tag": "two words"})
+    assert refused.status_code == 422 and "expected one word" in refused.text
+
+
 @pytest.mark.parametrize("word", ["two words", "", "a" * 41, "<b>", "-x", "a/b", "x'--"])
 def test_a_tag_is_one_word(lab: Laboratory, word: str) -> None:
     body = {"about": "campaign", "subject": "spring", "tag": word}

@@ -21,7 +21,8 @@ from pyroshock.app.web.settings import Settings
 from pyroshock.app.web.sign_in import SESSION
 from pyroshock.schema.audit import AuditRow
 from pyroshock.schema.person_roles import PERSON_ROLES
-from pyroshock.schema.session import Store, Writer, open_store
+from pyroshock.schema.saved_views import SavedView
+from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from pyroshock.schema.users import PasswordHash, PersonalToken, User
 from sqlalchemy import select
 from starlette.testclient import TestClient
@@ -70,8 +71,10 @@ class Laboratory:
         return client
 
     def rows(self) -> list[tuple[Any, ...]]:
-        """Person, kind, operation and outcome of each row of the audit trail."""
+        """Person, kind, operation and outcome of each row of the audit trail but those of
+        sign-ins."""
         query = select(AuditRow.person, AuditRow.person_kind, AuditRow.operation, AuditRow.outcome)
+        query = query.where(AuditRow.operation.not_in(("sign-in", "sign-out")))
         with self.store.reading() as session:
             return [tuple(row) for row in session.execute(query.order_by(AuditRow.id))]
 
@@ -352,11 +355,84 @@ def test_a_write_without_the_token_of_its_session_is_refused_for_an_administrato
     assert lab.rows() == []
 
 
-def test_a_page_that_is_kept_for_all_is_not_given_to_who_may_not_see_it(lab: Laboratory) -> None:
-    assert lab.browser(OLAF).get("/twin").status_code == 200  # and is kept
-    answer = lab.browser(RITA).get("/twin", headers=HTML)
-    assert answer.status_code == 403 and "needs the role operator" in answer.text
-    assert lab.browser(RITA).get("/twin/answer").status_code == 403
+# --- what pages offer
+
+
+def forms(page: str) -> dict[str, tuple[bool, str]]:
+    """Id of each form that is sent -> whether it can be sent, and its content."""
+    found = re.findall(r'<form method="post"[^>]*?id="([^"]+)"[^>]*>(.*?)</form>', page, re.DOTALL)
+    return {name: ("<fieldset disabled" not in content, content) for name, content in found}
+
+
+def test_a_page_that_is_kept_is_made_for_each_role(lab: Laboratory) -> None:
+    """The page of one role would show another what it may not do, or hide what it may."""
+    pages = {name: lab.browser(name) for name in PEOPLE}
+    for _ in range(2):
+        for name, client in pages.items():
+            answer = client.get("/notes", headers=HTML)
+            assert forms(answer.text)["filter-save"][0] is (name != RITA), name
+
+
+@pytest.mark.parametrize(("address", "form", "role"), [
+    ("/notes", "filter-save", "operator"), ("/plans/new", "make", "engineer"),
+    ("/ingest", "upload", "operator"), ("/deleted", "restore", "administrator"),
+    ("/account", "token-add", "reader"), ("/tune", "tune", "operator"),
+])  # fmt: skip
+def test_a_form_that_the_role_may_not_send_is_disabled_and_says_which_role_it_needs(
+    lab: Laboratory, address: str, form: str, role: str
+) -> None:
+    for name, own in PEOPLE.items():
+        page = lab.browser(name).get(address, headers=HTML)
+        assert page.status_code == 200
+        may = PERSON_ROLES.index(own) >= PERSON_ROLES.index(role)
+        assert forms(page.text)[form][0] is may, name
+        sentence = f"This needs the role {role}, and you have the role {own}."
+        assert (sentence in page.text) is not may
+
+
+def test_a_form_that_is_shown_can_be_sent_and_one_that_is_disabled_cannot(lab: Laboratory) -> None:
+    """What pages show holds against what routes refuse, for each form of some pages."""
+    for name in (RITA, OLAF, EMMA):
+        client = lab.browser(name)
+        for address in ("/notes", "/datasets", "/plans/new", "/ingest", "/deleted"):
+            page = client.get(address, headers=HTML).text
+            for match in re.finditer(r'<form method="post"([^>]*)>(.*?)</form>', page, re.DOTALL):
+                to = re.search(r'action="([^"]*)"', match[1])
+                if to is not None and to[1].startswith("/sign-out"):
+                    continue
+                refused = send(client, to[1] if to else address, {}).status_code == 403
+                assert refused is ("<fieldset disabled" in match[2]), (name, address, match[1])
+
+
+def test_a_button_in_a_line_is_left_out_where_the_role_lacks_it(lab: Laboratory) -> None:
+    filters = {"name": "mine", "address": "/impacts"}
+    assert post(lab.browser(OLAF), "/api/filters", filters).status_code == 200
+    address = "/filters/mine/delete"
+    assert address in lab.browser(OLAF).get("/notes", headers=HTML).text
+    assert address not in lab.browser(RITA).get("/notes", headers=HTML).text
+
+
+def test_no_page_links_to_one_that_the_role_may_not_see(lab: Laboratory) -> None:
+    for name in (RITA, OLAF, EMMA):
+        client = lab.browser(name)
+        for address in ("/", "/campaigns", "/models", "/twin", "/diagnoses", "/account", "/notes",
+                        "/compare/spectra", "/api", "/plans", "/deleted"):  # fmt: skip
+            page = client.get(address, headers=HTML).text
+            for link in set(re.findall(r'<a [^>]*?href="(/[^"#?]*)', page)):
+                assert client.get(link, headers=HTML).status_code != 403, (name, address, link)
+    assert "/ask/blind-check" in lab.browser(ADA).get("/diagnoses", headers=HTML).text
+
+
+def test_a_reader_predicts_and_nothing_is_written(lab: Laboratory) -> None:
+    client = lab.browser(RITA)
+    before = count_rows(lab.store)
+    assert client.get("/twin", headers=HTML).status_code == 200
+    shot = {"impact_velocity_m_s": "8"}
+    assert client.get("/api/predict", params=shot).status_code == 200
+    assert post(client, "/api/predict", shot).status_code == 200
+    assert client.get("/twin/answer", params=shot).status_code == 200
+    assert client.get("/api/twin").status_code == 200
+    assert count_rows(lab.store) == before
 
 
 def test_a_removed_user_is_out_at_once_with_sessions_and_tokens(lab: Laboratory) -> None:
@@ -547,7 +623,7 @@ def test_pages_of_people_show_who_may_what(lab: Laboratory) -> None:
 
 def test_the_trail_says_what_was_asked_and_through_which_door(lab: Laboratory) -> None:
     post(lab.browser(ADA), "/api/materials", MATERIAL)
-    rows = lab.browser(EMMA).get("/api/audit").json()
+    rows = lab.browser(EMMA).get("/api/audit?operation=material-add").json()
     assert rows[0]["command"] == "serve: POST /api/materials" and rows[0]["subject"] == "lead"
     assert rows[0]["request"]["density"] == 11340.0
     trail = run_pyroshock("audit", "--person", ADA, "--db", lab.db).stdout
@@ -560,3 +636,17 @@ def test_what_is_refused_or_changes_nothing_leaves_no_row(lab: Laboratory) -> No
     assert post(client, "/api/materials", MATERIAL).status_code == 422
     assert len(lab.rows()) == 1
     assert operation("material-add").needed_role == "administrator"
+
+
+# --- who it was
+
+
+def test_a_saved_view_is_by_who_is_signed_in(lab: Laboratory) -> None:
+    client = lab.browser(OLAF)
+    view = {"name": "force", "kind": "distribution", "x": "peak_force_n"}
+    answer = post(client, "/api/views", {**view, "creator": ADA})
+    assert answer.status_code == 422 and "you are signed in as olaf" in answer.text
+    assert post(client, "/api/views", view).status_code == 200
+    with lab.store.reading() as session:
+        assert session.scalars(select(SavedView.creator)).one() == OLAF
+    assert 'name="creator"' not in client.get("/explore", headers=HTML).text

@@ -173,8 +173,8 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
     really = session._check_revision
     made: list[Path] = []
 
-    def check(engine: Any, url: str, create: bool) -> None:
-        place = engine.url.database
+    def check(engine: Any, url: str, create: bool) -> bool:
+        is_new, place = False, engine.url.database
         if (
             create
             and engine.dialect.name == "sqlite"
@@ -186,8 +186,8 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
                 file = tmp_path_factory.mktemp("tables") / "tables.db"
                 make_tables(f"sqlite:///{file}")
                 made.append(file)
-            _copy_unless_there(made[0], Path(place))
-        really(engine, url, create)
+            is_new = _copy_unless_there(made[0], Path(place))
+        return bool(really(engine, url, create)) or is_new
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(session, "_check_revision", check)
@@ -230,16 +230,19 @@ def _dialect_key(dialect: Any) -> tuple[Any, ...]:
     return (type(dialect), dialect.paramstyle, getattr(dialect, "server_version_info", None))
 
 
-def _copy_unless_there(tables: Path, place: Path) -> None:
+def _copy_unless_there(tables: Path, place: Path) -> bool:
     """In one step, for others may make a store there at the same moment. What a folder refuses is
-    found out later."""
+    found out later. Whether the copy is there."""
+    is_there = False
     beside = place.with_name(f"{place.name}.{uuid4().hex}")
     with suppress(OSError):
         shutil.copyfile(tables, beside)
         with suppress(FileExistsError):
             os.link(beside, place)
+            is_there = True
     with suppress(OSError):
         beside.unlink()
+    return is_there
 
 
 def _forget_the_disk(connection: Any, _record: Any, _proxy: Any) -> None:

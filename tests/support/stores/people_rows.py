@@ -1,5 +1,5 @@
-"""Rows of people in a store: a user with a password and a token, what was changed, and what was
-written beside the rows."""
+"""Rows of people in a store: a user with a password, a token and an account at an identity
+provider, what was changed, and what was written beside the rows."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pyroshock.schema.attachments import Attachment
 from pyroshock.schema.audit import AuditRow
 from pyroshock.schema.notes import Note, SavedFilter, Tag
 from pyroshock.schema.person_roles import ENGINEER, READER, SYSTEM, USER
+from pyroshock.schema.sign_on_identities import SignOnIdentity
 from pyroshock.schema.users import PersonalToken
 from sqlalchemy.orm import Session
 
@@ -33,6 +34,16 @@ def add_people_rows(session: Session, subject: str) -> None:
             role=READER,
             sha256=hash_of_token(new_token()),
             made_at=WHEN,
+        )
+    )
+    session.add(
+        SignOnIdentity(
+            user_id=user.id,
+            login="anna@lab.example",
+            issuer="https://login.lab.example",
+            subject="7",
+            invited_at=WHEN,
+            bound_at=WHEN,
         )
     )
     session.add(
