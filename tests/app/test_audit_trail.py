@@ -28,6 +28,7 @@ from support.records.campaigns import (
     recording_name,
     write_recording,
 )
+from support.stores.hammer_stores import full_campaign
 from support.stores.stores import ingested, opened, pyroshock, run_pyroshock
 
 ADA = Person("ada", "administrator", USER, 1)
@@ -237,17 +238,19 @@ def test_what_the_examples_of_every_door_do_not_change_has_its_row_where_it_chan
     assert names(url) == ["ingest"]
     run_pyroshock(*replaced, *reason, *db)
     assert names(url) == ["ingest", "run-replace"]
+    ingested(url, full_campaign(tmp_path / "summer", "summer"))
+    changes = ["ingest", "run-replace", "ingest", "dataset-build"]
     for _ in range(2):  # the same dataset again is none that is new
-        run_pyroshock("dataset", "build", "both", "--campaign", "spring", "--quality", "none", *db)
-        assert names(url) == ["ingest", "run-replace", "dataset-build"]
+        run_pyroshock("dataset", "build", "both", "--from", "summer", *db)
+        assert names(url) == changes
     run_pyroshock("db", "backup", tmp_path / "backup", *db)
     again = f"sqlite:///{tmp_path / 'again.db'}"
     run_pyroshock("db", "restore", tmp_path / "backup", "--db", again)
-    assert names(again) == ["ingest", "run-replace", "dataset-build", "db-restore"]
+    assert names(again) == [*changes, "db-restore"]
 
 
 @pytest.mark.parametrize(("name", "address", "body"), [
-    ("tune", "/api/tune", {"target": "frequency_hz,level_db\n100,50\n10000,80\n"}),
+    ("tune", "/api/tune", {"target": "frequency_hz,level_g\n100,50\n10000,80\n"}),
     ("validate", "/api/validate", {"campaign": "spring"}),
 ])  # fmt: skip
 def test_long_work_that_is_asked_for_has_its_row_and_another_when_it_ends(
