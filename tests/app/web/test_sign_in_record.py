@@ -58,7 +58,7 @@ def test_a_sign_in_and_a_sign_out_have_their_rows(browser: TestClient, store: St
     assert browser.post("/sign-out/all", data={"csrf": token_in(form)}).status_code == 303
     here = {"from": "192.0.2.7"}
     assert rows(store) == [
-        ("emma", "user", "sign-in", "", "done", {"way": "password", **here}),
+        ("emma", "user", "sign-in", "", "done", {"method": "password", **here}),
         ("emma", "user", "sign-out", "", "done", {"all_devices": True, **here}),
     ]
 
@@ -87,7 +87,7 @@ def test_a_failed_sign_in_names_the_user_who_was_tried_and_nobody_else(
         ("nobody", "local", "sign-in", "", "failed"),
         ("nobody", "local", "sign-in", "", "failed"),
     ]
-    assert [row[5]["way"] for row in failed] == ["password", "password", "token"]
+    assert [row[5]["method"] for row in failed] == ["password", "password", "token"]
     with store.engine.connect() as connection:
         dump = "\n".join(connection.connection.driver_connection.iterdump())
     assert WRONG not in dump and PASSWORD not in dump
@@ -142,6 +142,6 @@ def test_engineers_read_them(browser: TestClient) -> None:
     sign_in(browser, name="emma", password=PASSWORD)
     answer = browser.get("/api/audit?operation=sign-in").json()
     assert [(row["person"], json.dumps(row["request"])) for row in answer] == [
-        ("emma", '{"way": "password", "from": "192.0.2.7"}')
+        ("emma", '{"method": "password", "from": "192.0.2.7"}')
     ]
     assert "sign-in" in browser.get("/audit", headers=HTML).text
