@@ -120,9 +120,12 @@ class Watch:
             self.found.append(f"asked elsewhere: {request.url}")
 
     def _answered(self, response: Any) -> None:
-        faults = (
+        # the form shows them, and so does a page that tries a request of the API; 404 is of a name
+        # that the store does not have
+        tried = response.url.startswith(f"{self.origin}/api/") and response.status == 422
+        faults = tried or (
             response.status in (404, 422) and "x-pyroshock-form" in response.request.headers
-        )  # the form shows them; 404 is of a name that the store does not have
+        )
         if response.status >= 400 and not faults and not response.request.is_navigation_request():
             self.found.append(f"{response.status}: {response.url}")
 
