@@ -238,7 +238,7 @@ def test_what_the_examples_of_every_door_do_not_change_has_its_row_where_it_chan
     run_pyroshock(*replaced, *reason, *db)
     assert names(url) == ["ingest", "run-replace"]
     for _ in range(2):  # the same dataset again is none that is new
-        run_pyroshock("dataset", "build", "both", "--campaign", "spring", "--quality", "none", *db)
+        run_pyroshock("dataset", "build", "both", "--from", "spring", "--quality", "none", *db)
         assert names(url) == ["ingest", "run-replace", "dataset-build"]
     run_pyroshock("db", "backup", tmp_path / "backup", *db)
     again = f"sqlite:///{tmp_path / 'again.db'}"
@@ -247,7 +247,7 @@ def test_what_the_examples_of_every_door_do_not_change_has_its_row_where_it_chan
 
 
 @pytest.mark.parametrize(("name", "address", "body"), [
-    ("tune", "/api/tune", {"target": "frequency_hz,level_db\n100,50\n10000,80\n"}),
+    ("tune", "/api/tune", {"target": "frequency_hz,level_g\n100,30\n1000,1000\n"}),
     ("validate", "/api/validate", {"campaign": "spring"}),
 ])  # fmt: skip
 def test_long_work_that_is_asked_for_has_its_row_and_another_when_it_ends(

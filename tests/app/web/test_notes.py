@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pyroshock as ps
 import pytest
 from pyroshock.app.operations.people.stored_users import add_user
 from pyroshock.app.operations.plan.planning import make_plan
@@ -168,7 +169,7 @@ def test_a_tag_filters_campaigns_at_every_door(lab: Laboratory) -> None:
         page = client.get("/campaigns", params={"tag": tag}).text
         assert ('href="/campaigns/spring"' in page) is bool(campaigns)
         assert 'id="tag"' in page and ("No campaign matches." in page) is not campaigns
-        with ExperimentStore.open(lab.db) as library:
+        with ps.open(lab.db, create=False) as library:
             assert list(library.campaigns(tag=tag)["name"]) == campaigns
     refused = client.get("/api/campaigns", params={"tag": "two words"})
     assert refused.status_code == 422 and "expected one word" in refused.text
