@@ -160,7 +160,7 @@ def _text(url: URL) -> str:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., None]]:
+def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., bool]]:
     """A new SQLite file becomes a store by a copy of its tables: making them takes twenty times as
     long.
 
