@@ -242,15 +242,15 @@ class SignIn:
             raise SignInError(401, "this is not the server's token")
         self.attempts.succeeded(_host(request))
 
-    def _record_entry(self, request: Request, person: Person, way: str) -> None:
+    def _record_entry(self, request: Request, person: Person, method: str) -> None:
         if self._record is not None:
-            self._record.signed_in(person, _host(request), way)
+            self._record.signed_in(person, _host(request), method)
 
     def _record_failure(
-        self, request: Request, way: str, name: str = "", message: str = ""
+        self, request: Request, method: str, name: str = "", message: str = ""
     ) -> None:
         if self._record is not None:
-            self._record.failed(_host(request), way, name, message)
+            self._record.failed(_host(request), method, name, message)
 
 
 def _host(request: Request) -> str | None:

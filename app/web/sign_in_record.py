@@ -44,16 +44,16 @@ class SignInRecord:
         self._lock = threading.Lock()
         self._hour_began, self._rows, self._unlisted = float("-inf"), 0, 0
 
-    def signed_in(self, person: Person, host: str | None, way: str) -> None:
-        """A person has come in. `way`: password, token, or the identity provider."""
-        self._write(self.entry(person, host, way), DONE)
+    def signed_in(self, person: Person, host: str | None, method: str) -> None:
+        """A person has come in. `method`: password, token, or the identity provider."""
+        self._write(self.entry(person, host, method), DONE)
 
     def signed_out(self, person: Person, host: str | None, *, everywhere: bool) -> None:
         """A person has ended the session of a browser, or all."""
         request = {"from": client_network(host), **({"all_devices": True} if everywhere else {})}
         self._write(AuditEntry(person, SIGN_OUT, "", request), DONE)
 
-    def failed(self, host: str | None, way: str, name: str = "", message: str = "") -> None:
+    def failed(self, host: str | None, method: str, name: str = "", message: str = "") -> None:
         """Somebody was refused. `name` is what was typed as one."""
         with self._lock:
             now = self._clock()
@@ -64,15 +64,15 @@ class SignInRecord:
                 return
             self._rows += 1
             unlisted, self._unlisted = self._unlisted, 0
-        entry = self.entry(NOBODY, host, way)
+        entry = self.entry(NOBODY, host, method)
         if unlisted:
             entry.request["failed_before_without_a_row"] = unlisted
         self._write(entry, FAILED, message, name)
 
     @staticmethod
-    def entry(person: Person, host: str | None, way: str) -> AuditEntry:
+    def entry(person: Person, host: str | None, method: str) -> AuditEntry:
         """What a row will say of a sign-in."""
-        return AuditEntry(person, SIGN_IN, "", {"way": way, "from": client_network(host)})
+        return AuditEntry(person, SIGN_IN, "", {"way": method, "from": client_network(host)})
 
     def store_of(self, person: Person) -> Store:
         """The store, written by a person who signs in or out."""

@@ -207,14 +207,14 @@ class IdentityProvider:
         from authlib.integrations.httpx_client import OAuth2Client
 
         secret = self.settings.client_secret
-        ways = (document or {}).get("token_endpoint_auth_methods_supported")
-        way = "none" if secret is None else "client_secret_basic"
-        if secret is not None and isinstance(ways, list) and way not in ways:
-            way = "client_secret_post"
+        methods = (document or {}).get("token_endpoint_auth_methods_supported")
+        method = "none" if secret is None else "client_secret_basic"
+        if secret is not None and isinstance(methods, list) and method not in methods:
+            method = "client_secret_post"
         return OAuth2Client(
             client_id=self.settings.client_id,
             client_secret=secret,
-            token_endpoint_auth_method=way,
+            token_endpoint_auth_method=method,
             scope=self.settings.scopes,
             redirect_uri=self.settings.redirect_address,
             code_challenge_method="S256",
