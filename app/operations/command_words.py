@@ -50,7 +50,7 @@ SECTIONS: dict[str, dict[str, str]] = {
         "query": "Ask the store a question in SQL.",
     },
     "People": {
-        "users": "List the people who sign in; add, change or remove one.",
+        "users": "List the people who sign in; add, invite, change or remove one.",
         "notes": "List the notes; write, change or withdraw one.",
         "tags": "List the tags; put one on something, or take it off.",
         "attachments": "List the attached photographs and documents; add, get or remove one.",

@@ -224,7 +224,7 @@ def test_making_a_store_has_its_row_and_finding_one_has_none(tmp_path: Path) -> 
 def test_what_the_examples_of_every_door_do_not_change_has_its_row_where_it_changes(
     tmp_path: Path,
 ) -> None:
-    """A replaced recording, a dataset, and a store that is put back from its backup."""
+    """A replaced recording, and a store that is put back from its backup."""
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     folder = hammer_campaign(tmp_path / "spring", recordings=2, hits=1, name="spring")
     ingested(url, folder)

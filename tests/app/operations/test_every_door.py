@@ -131,7 +131,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "learning-curve": {"model": "linear", "version": 1, "seed": 2},
     "model-delete": {"model": "linear", "version": 1},
     "model-recover": {},
-    "dataset-build": {"name": "both", "campaigns": (HAMMER,), "quality": "none"},
+    "dataset-build": {"name": "both", "campaigns": (HAMMER,), "velocity": "integrated"},
     "dataset-list": {},
     "dataset-show": {"name": DATASET, "seed": 2},
     "dataset-trace": {"name": DATASET},
@@ -293,7 +293,7 @@ ANSWERED_ELSEWHERE |= {"own-password", "token-list", "token-add", "token-revoke"
 #: row of the audit trail, unless a job has done them.
 CHANGES_NO_ROW = {
     *("db-copy", "db-export", "db-import", "db-backup", "db-check", "simulate", "campaign-init"),
-    *("campaign-delete", "blind-check", "init", "dataset-build"),
+    *("campaign-delete", "blind-check", "init"),
 }
 #: What an answer says of the moment, and not of what was asked.
 _OF_THE_MOMENT = {

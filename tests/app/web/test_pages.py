@@ -14,11 +14,16 @@ import pytest
 from pyroshock.app.operations.diagnose.diagnosing import keep
 from pyroshock.app.operations.diagnose.statements import summary
 from pyroshock.app.operations.diagnose.stored import kept_options, kept_report
+from pyroshock.app.operations.faults import read
+from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.train.compare import MOST_COMPARED
+from pyroshock.app.operations.train.promote import PROMOTE
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis, TwinVersion
 from pyroshock.schema.impacts import Pulse
+from pyroshock.schema.person_roles import USER, Person
 from pyroshock.schema.provenance import Provenance
+from pyroshock.schema.session import Store, Writer
 from pyroshock.training.evaluation import gate
 from pyroshock.training.registry.registry import Registry
 from pyroshock.twin.tune.attainability import Attainability
@@ -562,6 +567,19 @@ def test_a_model_is_promoted_and_a_worse_one_refused(
     ]  # the newest first
     page = filled.client.get("/models").text
     assert 0 < page.index("for a try") < page.index("the first one")
+
+
+def test_a_promotion_is_by_who_is_signed_in(filled: Lab) -> None:
+    emma = Store(filled.store.engine, Writer("test", "0", Person("emma", "engineer", USER, 1)))
+    question = read(
+        PROMOTE.request,
+        {"model": "tree", "version": 1, "force": True, "reason": "for the bench"},
+        "python",
+    )
+    PROMOTE.answer(question, Laboratory(emma, filled.db), lambda *_: None)
+    decision = filled.client.get("/api/models/promotions").json()[0]
+    assert (decision["who"], decision["candidate"]) == ("emma", "tree@1")
+    assert "UTC, emma: promoted" in filled.client.get("/models/tree/1").text
 
 
 def test_the_model_in_use_stands_first_with_its_error_and_the_differences_to_it(

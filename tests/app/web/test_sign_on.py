@@ -387,6 +387,7 @@ WRONG_CLAIMS: dict[str, dict[str, Any]] = {
     "no nonce": {"nonce": None},
     "another audience": {"aud": "another-application"},
     "another audience among several": {"aud": ["another-application", "third"]},
+    "another audience that we asked for": {"aud": "another-application", "azp": CLIENT},
     "no audience": {"aud": None},
     "several audiences without a party": {"aud": [CLIENT, "another-application"]},
     "for another party": {"aud": [CLIENT, "x"], "azp": "x"},

@@ -66,13 +66,13 @@ class Lab:
 
 
 @contextmanager
-def served(db: str, folder: Path, **settings: Any) -> Iterator[Lab]:
-    """The application over a store, on a free port, in a thread of its own."""
+def served(db: str, folder: Path, port: int = 0, **settings: Any) -> Iterator[Lab]:
+    """The application over a store, on this port or a free one, in a thread of its own."""
     import uvicorn
 
     tcp = socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP  # as `serve` listens
     with open_store(db, Writer("browser", "0")) as store, socket.socket(*tcp) as listener:
-        listener.bind(("127.0.0.1", 0))
+        listener.bind(("127.0.0.1", port))
         served_as = Settings(db, folders=(folder,), **settings)
         app = application(served_as, store)
         server = uvicorn.Server(uvicorn.Config(app, **server_options(served_as)))

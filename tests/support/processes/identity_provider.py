@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -72,6 +73,8 @@ class TestProvider:
         self.document: dict[str, Any] = {}
         self.error = ""
         self.public_client = False
+        #: Whether a person goes on by a link of a page, as after typing a password there.
+        self.shows_page = False
         #: The paths that were asked for.
         self.asked: list[str] = []
         self._begun: dict[str, dict[str, str]] = {}
@@ -197,8 +200,9 @@ class TestProvider:
 
 
 @contextmanager
-def running_provider() -> Iterator[TestProvider]:
-    """A provider that answers on a free port until the block ends."""
+def running_provider(name: str = "127.0.0.1") -> Iterator[TestProvider]:
+    """A provider that answers on a free port until the block ends, under this name of the
+    machine."""
 
     class Handler(BaseHTTPRequestHandler):
         def log_message(self, *_: Any) -> None:
@@ -213,6 +217,10 @@ def running_provider() -> Iterator[TestProvider]:
                 self._answer(200, {"keys": [key.public() for key in provider.keys]})
             elif parts.path == "/info":
                 self._answer(*provider.info(self.headers.get("authorization", "")))
+            elif parts.path == "/authorize" and provider.shows_page:
+                address = escape(provider.authorize(dict(parse_qsl(parts.query))))
+                content = f'<!doctype html><title>x</title><a id="go" href="{address}">Go</a>'
+                self._send(200, content.encode(), "text/html")
             elif parts.path == "/authorize":
                 self.send_response(302)
                 self.send_header("location", provider.authorize(dict(parse_qsl(parts.query))))
@@ -227,15 +235,17 @@ def running_provider() -> Iterator[TestProvider]:
             self._answer(*provider.token(form, self.headers.get("authorization", "")))
 
         def _answer(self, status: int, values: dict[str, Any]) -> None:
-            content = json.dumps(values).encode()
+            self._send(status, json.dumps(values).encode(), "application/json")
+
+        def _send(self, status: int, content: bytes, kind: str) -> None:
             self.send_response(status)
-            self.send_header("content-type", "application/json")
+            self.send_header("content-type", kind)
             self.send_header("content-length", str(len(content)))
             self.end_headers()
             self.wfile.write(content)
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    provider = TestProvider(f"http://127.0.0.1:{server.server_port}")
+    provider = TestProvider(f"http://{name}:{server.server_port}")
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
     try:
