@@ -15,7 +15,11 @@ from support.missing import summary_of
 # Starting processes costs more than the small work of tests takes.
 os.environ.setdefault("PYROSHOCK_JOBS", "1")
 
-pytest_plugins = ["support.stores.databases", "support.stores.web_stores"]
+pytest_plugins = [
+    "support.processes.quick_windows",
+    "support.stores.databases",
+    "support.stores.web_stores",
+]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 

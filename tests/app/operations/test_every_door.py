@@ -10,7 +10,7 @@ import inspect
 import json
 import math
 import shutil
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -413,6 +413,41 @@ def with_places(values: Mapping[str, Any], **places: Path) -> dict[str, Any]:
     }
 
 
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the campaign that examples name, which none of them changes."""
+    return hammer_campaign(tmp_path_factory.mktemp("campaigns") / "shelf", 2, 1, "shelf")
+
+
+@pytest.fixture(scope="module")
+def prepared(
+    request: pytest.FixtureRequest, shelf: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], Path]:
+    """Of an example, the folder of a store with what it names; doors copy it.
+
+    Examples before which the same is answered share one.
+    """
+    made: dict[str, Path] = {}
+
+    def folder_of(name: str) -> Path:
+        needed = (name in FILLED, name in DIAGNOSED, name.startswith("job-"), BEFORE.get(name))
+        key = repr(needed)
+        if key not in made:
+            folder = tmp_path_factory.mktemp("prepared") / "lab"
+            if name in FILLED:
+                shutil.copytree(request.getfixturevalue("filled_lab"), folder)
+            folder.mkdir(exist_ok=True)
+            url = f"sqlite:///{folder / 'lab.db'}"
+            if name in DIAGNOSED:
+                filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
+            with opened(url, create=True) as store:
+                prepare(name, store, url, shelf)
+            made[key] = folder
+        return made[key]
+
+    return folder_of
+
+
 def prepare(name: str, store: Store, url: str, campaign: Path) -> None:
     """Fill a store with what an example names."""
     if name.startswith("job-"):
@@ -498,30 +533,25 @@ def asked_by_form(client: TestClient, declared: Operation[Any, Any], values: Any
 @pytest.mark.usefixtures("coarse_plates")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_request_gives_the_same_answer_at_every_door(
-    request: pytest.FixtureRequest, tmp_path: Path, name: str
+    prepared: Callable[[str], Path], shelf: Path, tmp_path: Path, name: str
 ) -> None:
     declared = operation(name)
     answers: dict[str, Any] = {}
     passing = _OF_THE_MOMENT | _OF_THE_STORE.get(name, set())
-    campaign = hammer_campaign(tmp_path / "shelf", 2, 1, "shelf")
     for door in (*DOORS, "client"):
         if {"client": "json"}.get(door, door) in declared.absent:
             continue
         folder = tmp_path / door
         url = f"sqlite:///{folder / 'lab.db'}"
+        shutil.copytree(prepared(name), folder)
         if name in FILLED:
-            shutil.copytree(request.getfixturevalue("filled_lab"), folder)
             at_its_place(Registry(storage_for(url, {})))
-        folder.mkdir(exist_ok=True)
-        if name in DIAGNOSED:
-            filled(request.getfixturevalue("spring_lab") / "lab.db", folder / "lab.db")
-        places = {"folder": folder / "out", "store": folder / "lab.db", "campaign": campaign}
+        places = {"folder": folder / "out", "store": folder / "lab.db", "campaign": shelf}
         values = with_places(EXAMPLES[name], **places)
         # what cannot be sent is asked of the library here, without a job
         sent_on = door in ("json", "form") or (door == "client" and name not in UNSENT)
         works = sent_on and declared.long
-        with window(url, works=works, folders=(tmp_path,)) as (client, store):
-            prepare(name, store, url, campaign)
+        with window(url, works=works, folders=(tmp_path, shelf)) as (client, store):
             operations_before = operations_in_trail(store)
             answer = _answer(door, declared, values, client, Library(store, url), folder)
             with store.reading() as session:

@@ -4,7 +4,7 @@ ways around it leads further."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,7 @@ class Laboratory:
 
 @pytest.fixture(scope="module")
 def filled(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A store with a person of each role; hashing four passwords takes a while."""
+    """A store with a person of each role."""
     folder = tmp_path_factory.mktemp("people")
     with open_store(sqlite(folder), Writer("test", "0"), create=True) as store:
         with store.writing() as session:
@@ -202,11 +202,27 @@ def test_an_unknown_name_takes_a_password_hash_as_a_known_one_does(
     monkeypatch.setattr(
         stored_users,
         "is_password",
-        lambda argon2, password: looked_at.append(argon2[:30]) or real(argon2, password),
+        lambda argon2, password: looked_at.append(cost_of(argon2)) or real(argon2, password),
     )
     sign_in(lab.client(), ADA, "another long password")
     sign_in(lab.client(), "zoe", "another long password")
     assert len(looked_at) == 2 and len(set(looked_at)) == 1  # one hash each, of one cost
+
+
+def cost_of(argon2: str) -> str:
+    """The part of a stored hash that says how dear it was, before its salt."""
+    return argon2.rsplit("$", 2)[0]
+
+
+def test_a_password_is_hashed_with_64_mib_and_three_passes(
+    cheap_hashes: Callable[[], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other tests hash at less cost."""
+    monkeypatch.setattr(passwords, "_hasher", cheap_hashes)
+    argon2 = passwords.hash_password(PASSWORD)
+    assert cost_of(argon2) == "$argon2id$v=19$m=65536,t=3,p=4"
+    assert passwords.is_password(argon2, PASSWORD)
+    assert not passwords.is_password(argon2, "another long password")
 
 
 def test_guessing_one_name_from_many_addresses_is_slowed(lab: Laboratory) -> None:

@@ -140,25 +140,34 @@ def altered_in_turn(
         if turn == len(turns):
             turns.append({})
         turns[turn][column] = key
-    for chosen in turns:
-        with new_copy() as url:
-            engine = make_engine(url)
-            with engine.connect() as connection:
-                if engine.dialect.name == "sqlite":
-                    connection.connection.execute("PRAGMA foreign_keys = OFF")
-                    connection.connection.execute("PRAGMA ignore_check_constraints = ON")
-                with connection.begin():
-                    without_rules(connection)
+    with new_copy() as url:
+        engine = make_engine(url)
+        with engine.connect() as connection:
+            for chosen in turns:
+                with unruled(connection):
                     places = {
                         column: (column.table.name, alter(connection, column, key))
                         for column, key in chosen.items()
                     }
-            engine.dispose()
-            named = {
-                (finding.place.get("table"), finding.place.get("row"))
-                for finding in findings_of(url)
-            }
-        yield from ((column, place in named) for column, place in places.items())
+                    named = {
+                        (finding.place.get("table"), finding.place.get("row"))
+                        for finding in iter_findings(connection, checks())
+                    }
+                yield from ((column, place in named) for column, place in places.items())
+        engine.dispose()
+
+
+@contextmanager
+def unruled(connection: Any) -> Iterator[None]:
+    """A transaction of one to whom nothing is forbidden, never committed: its store is whole for
+    the next."""
+    if connection.dialect.name == "sqlite":
+        connection.connection.execute("PRAGMA foreign_keys = OFF")
+        connection.connection.execute("PRAGMA ignore_check_constraints = ON")
+    with connection.begin() as transaction:
+        without_rules(connection)
+        yield
+        transaction.rollback()
 
 
 def test_an_altered_cell_of_every_column_is_named_with_table_and_row(new_copy):
