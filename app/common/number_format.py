@@ -8,8 +8,6 @@ from typing import Any
 
 NOTHING = "–"
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-#: Width of the 90 % interval of a normal distribution.
-_STANDARD_DEVIATIONS_OF_90_PERCENT = 3.29
 
 
 def format_number(value: float | None, digits: int = 4) -> str:
@@ -39,17 +37,17 @@ def _with_power_of_ten(value: float, digits: int) -> str:
 
 
 def format_interval(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """A number and the ends of its 90 % interval, all with the digits that the interval leaves
-    (`format_measured`).
+    """A number and the ends of its 90 % interval, all with the digits that the interval leaves: the
+    second digit of its half-width is the last.
 
     Zeros at the end that all three have in common are left out.
     """
     numbers = (value, low, high)
-    uncertainty = (high - low) / _STANDARD_DEVIATIONS_OF_90_PERCENT
+    half_width = (high - low) / 2
     small_or_large = [number for number in numbers if number and not 1e-4 <= abs(number) < 1e9]
-    if not uncertainty > 0 or max(map(abs, numbers)) in map(abs, small_or_large):
+    if not half_width > 0 or max(map(abs, numbers)) in map(abs, small_or_large):
         return format_number(value), format_number(low), format_number(high)
-    texts = [format_measured(number, uncertainty) for number in numbers]
+    texts = [format_measured(number, half_width) for number in numbers]
     while all("." in text and text[-1] in "0." for text in texts):
         texts = [text[:-1] for text in texts]
     return texts[0], texts[1], texts[2]

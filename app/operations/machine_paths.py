@@ -23,6 +23,8 @@ from .upload_folders import is_scratch
 CARD = "campaign.toml"
 #: A tree of a million files is not walked through for a list of suggestions.
 _DEPTH, _MOST = 3, 200
+#: Of a path, and of a name in it: file systems of Linux, macOS and Windows have no longer names.
+_MOST_CHARACTERS, _MOST_BYTES_OF_NAME = 4000, 255
 
 
 class PathError(ValueError):
@@ -76,6 +78,7 @@ def confined(path: str, roots: Sequence[Path], *, described: bool = True) -> Pat
             "no folder may be read: start with pyroshock serve --data "
             "FOLDER, or upload the campaign"
         )
+    check_lengths(path)
     if "\0" in path:
         raise PathError(f"{path!r} is no path")
     for root in (root_path.resolve() for root_path in roots):
@@ -83,16 +86,28 @@ def confined(path: str, roots: Sequence[Path], *, described: bool = True) -> Pat
             resolved = (
                 root / path
             ).resolve()  # a path that begins at the root of the disk stands for itself
-        except (OSError, RuntimeError):
+            if not resolved.is_relative_to(root) or not resolved.is_dir():
+                continue
+            if not described or (resolved / CARD).is_file():
+                return resolved
+        except (OSError, RuntimeError):  # what cannot be looked at is no folder to read
             continue
-        if not resolved.is_relative_to(root) or not resolved.is_dir():
-            continue
-        if not described or (resolved / CARD).is_file():
-            return resolved
     # the last part alone: where the server keeps its folders is nobody's business
     root_names = ", ".join(root.name or "the disk" for root in roots)
     kind = f"campaign folder (one with a {CARD})" if described else "folder"
     raise PathError(f"{path!r} is no {kind} below {root_names}")
+
+
+def check_lengths(path: str) -> None:
+    """Raises `PathError` for a path, or a name in it, that is longer than any file system has."""
+    if len(path) > _MOST_CHARACTERS:
+        raise PathError(f"it has {len(path)} characters; a path has at most {_MOST_CHARACTERS}")
+    longest = max(len(os.fsencode(name)) for name in path.split("/"))
+    if longest > _MOST_BYTES_OF_NAME:
+        raise PathError(
+            f"a name in it has {longest} bytes; the name of a file or folder has at most "
+            f"{_MOST_BYTES_OF_NAME}"
+        )
 
 
 def shown_path(path: str, roots: Sequence[Path]) -> str:
@@ -140,9 +155,10 @@ def _path_of(value: Any, info: ValidationInfo, *, described: bool = True) -> Any
         return value
     if not isinstance(value, str | os.PathLike) or value == "":
         raise ValueError(f"{name} is {value!r:.200}; expected a path")
-    if source != "network":
-        return MachinePath(path=Path(value))
     try:
+        if source != "network":
+            check_lengths(str(value))
+            return MachinePath(path=Path(value))
         roots = (info.context or {}).get("folders", ())
         return MachinePath(path=confined(str(value), roots, described=described))
     except PathError as error:

@@ -63,6 +63,7 @@ from .wording import (
     fitted_words,
     set_name,
     single_effects,
+    unexplained_interval,
 )
 
 #: Figures of a file: with them a diagnosis fits two pages of A4.
@@ -208,9 +209,8 @@ def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
         )
     if verdict.unexplained is not None:
         rest = verdict.unexplained
-        rows.append(
-            ("unexplained", "", percent(rest.share), percent_range(*rest.ci90), "", "", "", "", "")
-        )
+        interval = percent_range(*unexplained_interval(rest))
+        rows.append(("unexplained", "", percent(rest.share), interval, "", "", "", "", ""))
     return rows
 
 
@@ -271,7 +271,8 @@ def _effects(verdict: Verdict) -> list[Block]:
     ]
     rows = [_printed_row(verdict, row) for row in shown]
     if verdict.unexplained is not None:
-        interval = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        rest = verdict.unexplained
+        interval = percent_with_range(rest.share, unexplained_interval(rest))
         rows.append(("unexplained", interval, "", "", ""))
     blocks: list[Block] = [
         Table(EFFECTS_CAPTION, _PRINTED_COLUMNS, rows, main=("effect", _SHARE, "cause"))

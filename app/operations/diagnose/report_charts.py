@@ -29,7 +29,7 @@ from ...figures.figure import (
     ReferenceLine,
     TextLabel,
 )
-from .wording import effect_subject, observable_label
+from .wording import effect_subject, observable_label, unexplained_interval
 
 #: The noise is shaded to so many standard deviations.
 SIGMAS = 2.0
@@ -208,7 +208,7 @@ def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
             _share_row(
                 "unexplained",
                 verdict.unexplained.share,
-                verdict.unexplained.ci90,
+                unexplained_interval(verdict.unexplained),
                 ColourRole.BEFORE,
             )
         )

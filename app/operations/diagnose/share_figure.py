@@ -12,6 +12,7 @@ from ...common.number_format import percent, percent_with_range
 from ...figures.figure import ColourRole, Plot, PlotAxis
 from .report_charts import BarRow, bars_plot
 from .waterfall import bars_height, short_names
+from .wording import unexplained_interval
 
 #: Bars at most: the table has all effects.
 _MOST_ROWS = 10
@@ -32,7 +33,7 @@ def share_bars(verdict: Verdict) -> tuple[BarRow, ...]:
     rows += [_of_effect(row, ColourRole.OTHER) for row in others[:room]]
     if verdict.unexplained is not None:
         rest = verdict.unexplained
-        rows.append(_bar("unexplained", rest.share, rest.ci90, ColourRole.BEFORE))
+        rows.append(_bar("unexplained", rest.share, unexplained_interval(rest), ColourRole.BEFORE))
     return tuple(row for row in rows if math.isfinite(row.start + row.end))
 
 

@@ -21,6 +21,7 @@ from ....diagnosis.verdict import (
     EffectShare,
     HeldOutEvidence,
     Shrinkage,
+    Unexplained,
     Verdict,
     Where,
 )
@@ -35,6 +36,7 @@ from .wording import (
     set_subject,
     span_label,
     stage_name,
+    unexplained_interval,
     with_labels,
 )
 
@@ -44,6 +46,10 @@ MOST, _WHOLE = 0.5, 0.995
 _PROBABLE = 0.5
 #: A cause with a smaller share makes next to none of the error by itself, or hides a part of it.
 MAKES_ERROR = 0.02
+#: Digits of an error in tolerances that are shown at most.
+_DIGITS_OF_RATIO = 3
+#: From this share on what remains is more than the error itself: whole per cent show 100 below it.
+_MORE_THAN_WHOLE = 1.005
 #: So many effects are named under `unknown`.
 NEAREST = 3
 
@@ -275,11 +281,24 @@ def _remainder(verdict: Verdict) -> tuple[str, tuple[Number | Interval, ...]]:
             f"effects that the data do not establish take {shown[-1]} away where they were fitted"
         )
     if verdict.unexplained is not None:
-        unexplained = Number("share", verdict.unexplained.share, "share")
-        interval = Interval("90 % interval", *verdict.unexplained.ci90)
-        shown += [unexplained, interval]
-        ends.append(f"{unexplained} ({interval}) remains unexplained")
+        words, numbers = unexplained_words(verdict.unexplained)
+        shown += numbers
+        ends.append(words)
     return join_words(ends), tuple(shown)
+
+
+def unexplained_words(unexplained: Unexplained) -> tuple[str, tuple[Number | Interval, ...]]:
+    """What no effect explains, as the end of a sentence, with the numbers that it shows; no share
+    where the error is larger with the effects than without them, for a part is at most the
+    whole."""
+    if unexplained.share >= _MORE_THAN_WHOLE:
+        return (
+            "with the effects that are likeliest the error is larger than without any, so that all "
+            "of it remains unexplained"
+        ), ()
+    share = Number("share", unexplained.share, "share")
+    interval = Interval("90 % interval", *unexplained_interval(unexplained))
+    return f"{share} ({interval}) of the squared error remains unexplained", (share, interval)
 
 
 def _hidden_parts(verdict: Verdict) -> Iterator[Sentence]:
@@ -450,10 +469,8 @@ def _unknown(verdict: Verdict) -> Iterator[Sentence]:
     ending = ""
     shown: tuple[Number | Interval, ...] = ()
     if verdict.unexplained is not None:
-        unexplained = Number("share", verdict.unexplained.share, "share")
-        interval = Interval("90 % interval", *verdict.unexplained.ci90)
-        shown = (unexplained, interval)
-        ending = f": {unexplained} ({interval}) of it remains unexplained"
+        words, shown = unexplained_words(verdict.unexplained)
+        ending = f": {words}"
         for effect in nearest_effects(verdict)[:1]:
             ending += f"; {effect_subject(effect.effect)} comes nearest"
     yield _first_answer(
@@ -479,6 +496,14 @@ def _unseen(verdict: Verdict) -> Iterator[Sentence]:
         return
     gone = Number("gone", fraction, "share")
     start = "On configurations that the fit has not seen,"
+    if fraction <= -LEAST_FRACTION:
+        yield Sentence(
+            f"{start} the error is larger with the effects than without them.",
+            (),
+            WITHIN,
+            {"value": fraction, "limit": LEAST_FRACTION},
+        )
+        return
     if fraction < LEAST_FRACTION:
         yield Sentence(
             f"{start} none of the error above the noise disappears.",
@@ -511,14 +536,18 @@ def held_out_sentence(entry: Shrinkage, verdict: Verdict) -> Sentence:
     sizes = f"{before} before, {after} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return Sentence(f"{what}: {sizes}; there was no error to reduce.", (before, after))
-    gone = Number("gone", entry.fraction, "share")
-    shown: list[Number | Interval] = [before, after, gone]
-    share = str(gone)
-    if entry.ci90 is not None:
-        interval = Interval("90 % interval", *entry.ci90)
-        shown.append(interval)
-        share = f"{gone} ({interval})"
-    text = f"{what}: {sizes}; {share} of the error above the noise disappears."
+    shown: list[Number | Interval] = [before, after]
+    if entry.fraction <= -LEAST_FRACTION:
+        text = f"{what}: {sizes}; the error is larger with the effects than without them."
+    else:
+        gone = Number("gone", entry.fraction, "share")
+        shown.append(gone)
+        share = str(gone)
+        if entry.ci90 is not None:
+            interval = Interval("90 % interval", *entry.ci90)
+            shown.append(interval)
+            share = f"{gone} ({interval})"
+        text = f"{what}: {sizes}; {share} of the error above the noise disappears."
     if CORRECTED in entry.more:
         corrected = Number("after a learned correction", entry.more[CORRECTED][1], "size")
         shown.append(corrected)
@@ -563,7 +592,9 @@ def own_error(own: float, interval: tuple[float, float] | None) -> str:
     if interval is None:
         return number(own)
     value, low, high = format_interval(own, *interval)
-    return f"{value} ({low} to {high})"
+    if len(value.replace(".", "").lstrip("0")) > _DIGITS_OF_RATIO:  # a tolerance has no more
+        value, low, high = (number(size) for size in (own, *interval))
+    return value if low == value == high else f"{value} ({low} to {high})"
 
 
 # --- the effects that pictures are drawn with

@@ -23,6 +23,7 @@ from .wording import (
     owned_parameters,
     span_label,
     spell_sets,
+    unexplained_interval,
     with_labels,
 )
 
@@ -93,6 +94,11 @@ def _effects(verdict: Verdict) -> Iterator[ResultTable | Lines]:
             "A negative share: the effect hides a part of the error, which would be larger without "
             "it."
         )
+    if verdict.unexplained is not None and verdict.unexplained.share > 1:
+        remarks.append(
+            "More than 100 % unexplained: with the likeliest effects the error is larger than "
+            "without any; the shares of the effects and this one make 100 % together."
+        )
     yield Lines("Effects (share of the squared error)", remarks)
     rows = (dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict))
     columns = [column for column in EFFECT_COLUMNS if column != "name"]
@@ -121,7 +127,7 @@ def _sets(verdict: Verdict) -> Iterator[Row]:
         yield {
             "effects": "unexplained",
             "share": percent(verdict.unexplained.share),
-            "90 % interval": percent_range(*verdict.unexplained.ci90),
+            "90 % interval": percent_range(*unexplained_interval(verdict.unexplained)),
         }
 
 

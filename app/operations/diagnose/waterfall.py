@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from ....diagnosis.verdict import Verdict
+from ....diagnosis.verdict import LEAST_FRACTION, Verdict
 from ....diagnosis.what_if import ComputedSet, Interval
 from ...common.number_format import format_interval, join_words, number, percent
 from ...figures.figure import ColourRole, Plot, ReferenceLine
@@ -134,11 +134,13 @@ def _sized(level: float, interval: Interval | None) -> str:
     if interval is None:
         return number(level)
     value, low, high = format_interval(level, *interval)
-    return f"{number(level)} ({low} to {high})" if value else number(level)
+    return f"{value} ({low} to {high})"
 
 
 def _gone(fraction: float | None) -> str:
-    return "" if fraction is None or not math.isfinite(fraction) else f"{percent(fraction)} gone"
+    if fraction is None or not math.isfinite(fraction):
+        return ""
+    return "larger than without" if fraction <= -LEAST_FRACTION else f"{percent(fraction)} gone"
 
 
 def added_words(name: str) -> str:

@@ -16,6 +16,7 @@ from ....diagnosis.verdict import (
     FrequencyBand,
     Shrinkage,
     TimeWindow,
+    Unexplained,
     Verdict,
 )
 from ....twin.effects import catalogue
@@ -122,6 +123,14 @@ def set_name(effects: Sequence[str]) -> str:
 def set_subject(name: str, last: str = "and") -> str:
     """An effect or a set of effects ("a+b") as a sentence names it."""
     return join_words([effect_subject(part) for part in name.split("+")], last)
+
+
+def unexplained_interval(unexplained: Unexplained) -> tuple[float, float]:
+    """The 90 % interval of what no effect explains, within what a part of the whole can be: at
+    least nothing, and at most all of it where the share is no more."""
+    low, high = unexplained.ci90
+    share = unexplained.share
+    return max(low, min(share, 0.0)), min(high, max(share, 1.0))
 
 
 def stage_name(name: str) -> str:

@@ -17,6 +17,7 @@ from ....schema.known_factors import KNOWN_FACTORS, level_label
 from ....twin.prediction import Band, Quantity
 from ...common.errors import argument_names, library_errors
 from ...common.frames import frame_of, titled_table
+from ...common.number_format import format_interval
 from ...common.quantities import shown_unit
 from ...figures.figure import (
     DIMENSIONLESS,
@@ -103,7 +104,8 @@ class PredictedNumber:
         return self.mean
 
     def __repr__(self) -> str:
-        return f"{self.mean:.4g} {self.unit} ({self.lower:.4g} to {self.upper:.4g})"
+        mean, low, high = format_interval(self.mean, *self.ci90)
+        return f"{mean} {self.unit} ({low} to {high})"
 
     def _row(self) -> dict[str, Any]:
         columns = asdict(self)

@@ -12,7 +12,7 @@ from ....array_types import Floats
 from ....training.evaluation.metrics import METRICS, figures, reconstruct
 from ....training.registry.listing import chosen, newest
 from ....training.registry.records import Decision, Version
-from ...common.number_format import format_number, percent_with_range
+from ...common.number_format import format_interval, format_number, percent_with_range
 from ...common.quantities import display_of
 from ...documents.document import (
     Block,
@@ -116,16 +116,18 @@ def _force_words(mean_n: float, ci90: Sequence[float] | None) -> str:
     """`1.2 kN (0.62 to 1.9 kN)`."""
     force = display_of("force_n")
 
-    def words(force_n: float) -> str:
-        return format_number(force.scale * force_n, 2)
+    ends = None if ci90 is None else [force.scale * end for end in ci90]
+    return _with_ends(force.scale * mean_n, ends, 2, force.unit)
 
+
+def _with_ends(mean: float, ci90: Sequence[float] | None, digits: int, unit: str = "") -> str:
+    """A mean with the ends of its interval, with the digits that it leaves; `digits` of one whose
+    interval is not known."""
     ends = bounded(ci90)
-    between = (
-        f" ({words(ends[0])} to {words(ends[1])} {force.unit})"
-        if ends and np.isfinite(ends).all()
-        else ""
-    )
-    return f"{words(mean_n)} {force.unit}{between}"
+    if not ends or not np.isfinite(ends).all():
+        return f"{format_number(mean, digits)} {unit}".rstrip()
+    value, low, high = format_interval(mean, *ends)
+    return f"{f'{value} {unit}'.rstrip()} ({low} to {f'{high} {unit}'.rstrip()})"
 
 
 def _beside_the_one_in_use(
@@ -227,10 +229,7 @@ def _figure_words(metric: str, mean: float | None, ci90: Sequence[float] | None)
     if metric == "force_rmse_n":
         return _force_words(mean, ci90)
     if metric == "cost":
-        ends = bounded(ci90)
-        return format_number(mean, 3) + (
-            f" ({format_number(ends[0], 3)} to {format_number(ends[1], 3)})" if ends else ""
-        )
+        return _with_ends(mean, ci90, 3)
     return share_with_range({"mean": mean, "ci90": ci90})
 
 

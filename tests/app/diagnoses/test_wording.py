@@ -3,6 +3,7 @@ do next."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -131,10 +132,14 @@ def test_restrictions_size_shares_and_what_the_fit_has_not_seen_are_told() -> No
     assert (
         "The flow resistance of the valve causes 61 % of it (52 to 68 %), the atmosphere ahead of "
         "the projectile 27 % (20 to 33 %) and the leak past the projectile 9 % (5 to 12 %); 3 % (1 "
-        "to 6 %) remains unexplained."
+        "to 6 %) of the squared error remains unexplained."
     ) in sentences
     assert sentences.endswith("has not seen, 97 % of the error above the noise disappears.")
     path = (replace(verdicts.gun().path[0], fraction=-0.2),)
+    assert "has not seen, the error is larger with the effects than without them." in summary(
+        verdicts.gun(path=path)
+    )
+    path = (replace(verdicts.gun().path[0], fraction=0.0),)
     assert "has not seen, none of the error" in summary(verdicts.gun(path=path))
 
 
@@ -310,7 +315,7 @@ def test_unnamed_effects_and_credible_sets_are_told_as_one() -> None:
     assert "the atmosphere" not in sentences
     assert (
         "effects that the data do not establish take 36 % away where they were fitted and 3 % (1 "
-        "to 6 %) remains unexplained" in sentences
+        "to 6 %) of the squared error remains unexplained" in sentences
     )
     barrel = EffectShare("gun.barrel_loss", 0.4, 0.1, (0.0, 0.6), 0.1, valve.credible_set)
     alike_two = verdicts.gun(effects=(replace(valve, share=0.51), atmosphere, barrel, leak))
@@ -336,7 +341,7 @@ def test_agreement_needs_no_effect_and_unknown_says_what_remains() -> None:
     sentences = summary(verdicts.unknown())
     assert "most of it arises in the contact (80 %)" in sentences
     assert (
-        "(unknown: 90 %): 55 % (40 to 80 %) of it remains unexplained; the "
+        "(unknown: 90 %): 55 % (40 to 80 %) of the squared error remains unexplained; the "
         "damping of the contact comes near" in sentences
     )
     assert "disappears" not in sentences
@@ -386,7 +391,34 @@ def test_unknown_noise_is_left_out_and_fractions_are_held_out() -> None:
     sentences = summary(
         verdicts.gun(effects=verdicts.gun().effects[:1], unexplained=Unexplained(0.39, (0.3, 0.5)))
     )
-    assert sentences.count("39 % (30 to 50 %) remains unexplained") == 1
+    assert sentences.count("39 % (30 to 50 %) of the squared error remains unexplained") == 1
+
+
+#: What no effect explains, in a share of the squared error and its interval, and whether it is a
+#: part of that error at all.
+REMAINDERS = (
+    (0.0, (-0.4, 0.38), True),
+    (0.004, (-0.38, 0.40), True),
+    (0.55, (0.4, 1.3), True),
+    (1.0, (0.7, 1.6), True),
+    (1.3, (0.9, 2.1), False),
+    (2.837, (0.679, 8.414), False),
+)
+
+
+@pytest.mark.parametrize(("share", "ci90", "is_part"), REMAINDERS)
+@pytest.mark.parametrize("verdict", [verdicts.unknown(), verdicts.gun()], ids=["unknown", "causes"])
+def test_what_remains_is_a_part_of_the_squared_error_or_said_in_words(
+    verdict: Verdict, share: float, ci90: tuple[float, float], is_part: bool
+) -> None:
+    sentences = summary(replace(verdict, unexplained=Unexplained(share, ci90)))
+    (remains,) = [part for part in re.split(r"[;:.] ", sentences) if "unexplained" in part]
+    percents = [int(digits) for digits in re.findall(r"-?\d+(?=(?: to -?\d+)? %)", remains)]
+    assert all(0 <= value <= 100 for value in percents)
+    if is_part:
+        assert percents and "of the squared error remains unexplained" in remains
+    else:
+        assert not percents and "the error is larger than without any" in remains
 
 
 # --- what to do next: two to five full sentences, and under unknown always an experiment ---

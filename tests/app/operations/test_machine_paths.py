@@ -15,6 +15,7 @@ from pyroshock.app.operations.ingest.request import FolderIngest
 from pyroshock.app.operations.laboratory import Laboratory
 from pyroshock.app.operations.machine_paths import MachinePath
 from pyroshock.app.operations.operation import NotHereError, Request
+from pyroshock.app.operations.store.integrity import StoreCheck
 from pyroshock.app.operations.upload_folders import make_scratch, stored_scratch
 from pyroshock.ingest.extraction.settings import ExtractionSettings
 from pyroshock.schema.session import Store
@@ -54,6 +55,29 @@ def test_the_network_names_a_campaign_below_the_folders_and_others_any_path(
         assert asked.path == MachinePath(path=campaign)
     assert read(FolderIngest, {"folder": campaign}, "python").path.path == campaign
     assert read(FolderIngest, {"path": "spring"}, "command").path.path == Path("spring")
+
+
+@pytest.mark.parametrize("source", ["network", "python", "command"])
+@pytest.mark.parametrize(("path", "length", "limit"), [
+    ("a" * 256, "256 bytes", "255"),
+    ("spring/" + "\u00fc" * 128, "256 bytes", "255"),
+    ("ab/" * 1400, "4200 characters", "4000"),
+])  # fmt: skip
+def test_too_long_a_path_is_refused_with_its_field_and_limit(
+    campaign: Path, source: str, path: str, length: str, limit: str
+) -> None:
+    for request_class, field in ((FolderIngest, "path"), (StoreCheck, "repair")):
+        with pytest.raises(RequestError) as refused:
+            read(request_class, {field: path}, source, (campaign.parent,))
+        (fault,) = refused.value.faults
+        assert fault.field == field and f"{field}: " in fault.message
+        assert length in fault.message and f"at most {limit}" in fault.message
+
+
+def test_the_longest_name_of_a_folder_is_taken(campaign: Path) -> None:
+    folder = campaign.rename(campaign.with_name("a" * 255))
+    asked = read(FolderIngest, {"path": folder.name}, "network", (folder.parent,))
+    assert asked.path == MachinePath(path=folder)
 
 
 def test_jobs_of_earlier_versions_are_read() -> None:

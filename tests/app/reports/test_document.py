@@ -50,6 +50,7 @@ from pyroshock.app.documents.document import (
 from pyroshock.app.documents.page import html_of
 from pyroshock.app.documents.pdf import MissingPdfError, lay_out, pdf_of
 from pyroshock.app.figures.figure import BandSeries, LineSeries, Plot, PlotAxis, category
+from pyroshock.app.operations.diagnose.statements import own_error
 from pyroshock.app.operations.diagnose.texts import shrinkage_line, where_lines
 from support.checks.pdf_layout import (
     count_pages,
@@ -262,10 +263,12 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     intervals = {
         (9.84, 7.841, 12.46): "9.8, 7.8, 12.5",
         (5351.2, 4098.0, 7559.0): "5400, 4100, 7600",
-        (0.0997, 0.0911, 0.1202): "0.0997, 0.0911, 0.1202",
+        (0.0997, 0.0911, 0.1202): "0.100, 0.091, 0.120",
         (-9.97e-05, -0.0415, 0.0413): "0.000, -0.042, 0.041",
         (31.0, 27.0, 36.0): "31, 27, 36",
         (5.0, 5.0, 5.0): "5, 5, 5",
+        (9.1, 7.0, 12.0): "9.1, 7.0, 12.0",
+        (2.143, 0.7, 3.4): "2.1, 0.7, 3.4",
         (1.0, math.nan, 2.0): "1, –, 2",
         (3e-8, 2e-8, 4e-8): "3×10⁻⁸, 2×10⁻⁸, 4×10⁻⁸",
     }
@@ -275,6 +278,39 @@ def test_factors_means_shares_and_ranges_are_told_in_the_units_of_the_bench() ->
     assert join_words(["a", "b"], "or") == "a or b"
     assert (number(float("nan")), percent(float("nan")), percent(float("inf"))) == ("–", "–", "–")
     assert percent_range(float("nan"), 0.3) == "interval not known"
+
+
+@given(
+    value=st.floats(-1e6, 1e6),
+    half_width=st.floats(1e-3, 1e5),
+    place=st.floats(-1, 1),
+)
+def test_a_value_has_the_digits_that_its_interval_leaves(
+    value: float, half_width: float, place: float
+) -> None:
+    """The second digit of the half-width is the last that is shown: no text is off by more than
+    half of it, and none has digits beyond it."""
+    middle = value - place * half_width
+    numbers = (value, middle - half_width, middle + half_width)
+    last = math.floor(math.log10((numbers[2] - numbers[1]) / 2)) - 1
+    for number_shown, text in zip(numbers, format_interval(*numbers), strict=True):
+        decimals = len(text.partition(".")[2])
+        assert decimals <= max(0, -last)
+        assert abs(float(text) - number_shown) <= 0.5 * 10.0**last * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("own", "ci90", "words"), [
+    (1.06695, (1.06616, 1.06774), "1.07"),
+    (1.06695, (1.0212, 1.1104), "1.07 (1.02 to 1.11)"),
+    (110.9, (103.4, 117.9), "111 (103 to 118)"),
+    (34.1, (30.4, 37.3), "34.1 (30.4 to 37.3)"),
+    (0.42, (0.06, 0.9), "0.42 (0.06 to 0.90)"),
+    (4.2, None, "4.2"),
+])  # fmt: skip
+def test_an_error_in_tolerances_has_three_digits_at_most(
+    own: float, ci90: tuple[float, float] | None, words: str
+) -> None:
+    assert own_error(own, ci90) == words
 
 
 @pytest.mark.parametrize(("numbers", "words"), [

@@ -214,6 +214,8 @@ def test_a_bad_question_is_answered_in_words(
     ("/api/tune", '{"target": "no spectrum"}', "the target: no column frequency_hz"),
     ("/api/ingest", '{"path": "/etc"}', "/etc"),
     ("/api/ingest", '{"path": "../.."}', "../.."),
+    ("/api/store/check", f'{{"repair": "{"0" * 300}"}}',
+     "repair: a name in it has 300 bytes; the name of a file or folder has at most 255"),
     ("/api/diagnoses", '{"campaign": "first-shots", "seed": -1}', "seed"),
     ("/api/diagnoses", '{"campaign": "first-shots", "with": {"gun.valve_flow": 1}}', "with"),
     ("/api/models/tree/1/promote", '{"force": true}', "reason"),
