@@ -107,9 +107,11 @@ def _map_svg(plot: Plot, heat_map: HeatMap) -> str:
     from matplotlib.figure import Figure
 
     rows, columns = plot.y.categories, plot.x.categories
-    left, below = (_LETTER * max(map(len, names), default=0) + 0.1 for names in (rows, columns))
+    left_margin, below = (
+        _LETTER * max(map(len, names), default=0) + 0.1 for names in (rows, columns)
+    )
     height = _TOP + _ROW * len(rows) + below + _KEY + _BOTTOM
-    across = 1 - (left + _RIGHT) / _MAP_WIDTH
+    across = 1 - (left_margin + _RIGHT) / _MAP_WIDTH
     into = BytesIO()
     # the settings are global to matplotlib
     with SETTINGS_LOCK, mpl.rc_context(_SETTINGS), warnings.catch_warnings():
@@ -117,7 +119,7 @@ def _map_svg(plot: Plot, heat_map: HeatMap) -> str:
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         canvas = Figure(figsize=(_MAP_WIDTH, height), frameon=False)
         share = _ROW * len(rows) / height
-        axes = canvas.add_axes((left / _MAP_WIDTH, 1 - _TOP / height - share, across, share))
+        axes = canvas.add_axes((left_margin / _MAP_WIDTH, 1 - _TOP / height - share, across, share))
         low, high = heat_map.colour_limits()
         scale = np.log10 if heat_map.colour.scale == "log" else np.asarray
         start, stop = (float(scale(end)) for end in (low, high))
@@ -128,7 +130,9 @@ def _map_svg(plot: Plot, heat_map: HeatMap) -> str:
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xticks(range(len(columns)), labels=columns, rotation=90, fontsize=_NAME_SIZE)
         axes.set_yticks(range(len(rows)), labels=rows, fontsize=_NAME_SIZE)
-        key = canvas.add_axes((left / _MAP_WIDTH, _BOTTOM / height, across / 2, _ROW / height))
+        key = canvas.add_axes(
+            (left_margin / _MAP_WIDTH, _BOTTOM / height, across / 2, _ROW / height)
+        )
         _draw_cells(key, np.linspace(0, 1, _KEY_CELLS)[np.newaxis], heat_map.role)
         ticks = _within((1, 2, 5, 10, 20, 50, 100, 200, 500, 1000), low, high)
         numbers = ticks if heat_map.colour.scale == "log" and len(ticks) > 1 else (low, high)

@@ -47,8 +47,8 @@ def assert_same(place: str, own: Any, other: Any) -> None:
     assert type(own) is type(other), place
     if is_dataclass(own):
         for item in fields(own):
-            parts = (getattr(record, item.name) for record in (own, other))
-            assert_same(f"{place}.{item.name}", *parts)
+            entries = [getattr(record, item.name) for record in (own, other)]
+            assert_same(f"{place}.{item.name}", *entries)
     elif isinstance(own, np.ndarray):
         assert own.shape == other.shape and np.array_equal(own, other, equal_nan=True), place
     elif isinstance(own, Mapping):
