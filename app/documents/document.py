@@ -89,9 +89,10 @@ class Bars:
 
 @dataclass(frozen=True)
 class ChartRow:
-    """Charts beside each other where there is room."""
+    """Charts beside each other where there is room; `wide` ones take the whole width, each."""
 
     figures: Sequence[Plot]
+    wide: bool = False
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ...array_types import Floats
 from ..common.number_format import format_number
-from .figure import ColourRole, Plot, PointSeries
+from .figure import ColourRole, HeatMap, Plot, PointSeries
 from .matplotlib_renderer import FILE_SETTINGS, SETTINGS_LOCK, draw_plot
 from .palette import ALIASES, CARD, colour_of
 
@@ -62,6 +63,9 @@ def inline_svg(plot: Plot) -> str:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
+    heat_map = next((own for own in plot.series if isinstance(own, HeatMap)), None)
+    if heat_map is not None:
+        return _map_svg(plot, heat_map)
     has_names = not plot.y.hidden
     height = _HEIGHT if not plot.y.categories else _BOTTOM + _CATEGORY * len(plot.y.categories)
     left_margin = _LEFT if has_names else _RIGHT
@@ -87,6 +91,81 @@ def inline_svg(plot: Plot) -> str:
                 artist.set_gid(f"{_POINTS}{number}")
         canvas.savefig(into, format="svg", metadata=dict.fromkeys(_METADATA))
     return _element(into.getvalue(), plot)
+
+
+#: Of a map, which stands alone in its row: inches of its width, of a row of cells, of letters of
+#: its small names, of the key of its colours, and cells of that key.
+_MAP_WIDTH, _ROW, _LETTER, _KEY, _KEY_CELLS = 7.2, 0.17, 0.06, 0.3, 24
+_NAME_SIZE = 8.25
+_LEAST_OPACITY = 0.06
+
+
+def _map_svg(plot: Plot, heat_map: HeatMap) -> str:
+    """Cells of the colour of their role, the less transparent the larger their value, so that they
+    are those of any page; below, a key of the colours with numbers."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    rows, columns = plot.y.categories, plot.x.categories
+    left_margin, below = (
+        _LETTER * max(map(len, names), default=0) + 0.1 for names in (rows, columns)
+    )
+    height = _TOP + _ROW * len(rows) + below + _KEY + _BOTTOM
+    across = 1 - (left_margin + _RIGHT) / _MAP_WIDTH
+    into = BytesIO()
+    # the settings are global to matplotlib
+    with SETTINGS_LOCK, mpl.rc_context(_SETTINGS), warnings.catch_warnings():
+        # the page has the letters that matplotlib's font lacks
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        canvas = Figure(figsize=(_MAP_WIDTH, height), frameon=False)
+        share = _ROW * len(rows) / height
+        axes = canvas.add_axes((left_margin / _MAP_WIDTH, 1 - _TOP / height - share, across, share))
+        low, high = heat_map.colour_limits()
+        scale = np.log10 if heat_map.colour.scale == "log" else np.asarray
+        start, stop = (float(scale(end)) for end in (low, high))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            places = (scale(heat_map.values) - start) / (stop - start)
+        _draw_cells(axes, places, heat_map.role)
+        axes.set_xlim(-0.5, len(columns) - 0.5)
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.set_xticks(range(len(columns)), labels=columns, rotation=90, fontsize=_NAME_SIZE)
+        axes.set_yticks(range(len(rows)), labels=rows, fontsize=_NAME_SIZE)
+        key = canvas.add_axes(
+            (left_margin / _MAP_WIDTH, _BOTTOM / height, across / 2, _ROW / height)
+        )
+        _draw_cells(key, np.linspace(0, 1, _KEY_CELLS)[np.newaxis], heat_map.role)
+        ticks = _within((1, 2, 5, 10, 20, 50, 100, 200, 500, 1000), low, high)
+        numbers = ticks if heat_map.colour.scale == "log" and len(ticks) > 1 else (low, high)
+        key.set_xlim(-0.5, _KEY_CELLS - 0.5)
+        key.set_ylim(-0.5, 0.5)
+        key.set_xticks(
+            [_KEY_CELLS * (float(scale(n)) - start) / (stop - start) - 0.5 for n in numbers],
+            labels=[format_number(n, 3) for n in numbers],
+            fontsize=_NAME_SIZE,
+        )
+        key.set_yticks([])
+        key.set_xlabel(heat_map.colour.heading, fontsize=_NAME_SIZE)
+        for own in (axes, key):
+            for part in (own.xaxis.label, *own.get_xticklabels(), *own.get_yticklabels()):
+                part.set_color(colour_of(ColourRole.INK))
+            for spine in own.spines.values():
+                spine.set_color(colour_of(ColourRole.RULE))
+            own.tick_params(length=0)
+        canvas.savefig(into, format="svg", metadata=dict.fromkeys(_METADATA))
+    return _element(into.getvalue(), plot)
+
+
+def _draw_cells(axes: Axes, places: Floats, role: ColourRole) -> None:
+    """Cells of places (rows, columns) on the scale of colours from 0 to 1; none of what lies below
+    it or is no number."""
+    from matplotlib.patches import Rectangle
+
+    for (row, column), place in np.ndenumerate(places):
+        if np.isfinite(place) and place >= 0:
+            opacity = _LEAST_OPACITY + (1 - _LEAST_OPACITY) * min(float(place), 1.0)
+            cell = Rectangle((column - 0.5, row - 0.5), 1, 1, lw=0, alpha=opacity)
+            cell.set_facecolor(colour_of(role))
+            axes.add_patch(cell)
 
 
 _METADATA = ("Date", "Creator", "Format", "Type")

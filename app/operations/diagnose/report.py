@@ -49,12 +49,15 @@ from ...documents.document import (
     Table,
 )
 from ...documents.page import blocks_html, html_of
-from .report_charts import curve_plot, path_plot, residual_plot, share_plot
+from .place_figure import place_plot
+from .report_charts import curve_plot, residual_plot
 from .request import restrictions_among
+from .share_figure import share_figure
 from .statements import drawn_effects as drawn_effects_sentence
 from .statements import summary
 from .stored import FORMAT, kept_report, kept_verdict, verdict_from_json
 from .texts import next_experiment, recommendations, shrinkage_line, where_lines
+from .waterfall import waterfall_plot
 from .wording import (
     ACTS,
     cause_lines,
@@ -135,7 +138,7 @@ def sections(verdict: Verdict, most_figures: int | None = None) -> tuple[Section
         Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
         Section(EFFECTS, _effects(verdict)),
         Section(CAUSES, [Bars([_bar(cause) for cause in verdict.causes])]),
-        listed("Where the error lies", "No place stands out.", _size(verdict)),
+        listed("Where the error lies", "No place stands out.", _size(verdict), *_places(verdict)),
         Section(RESIDUALS, _pictures(verdict, most_figures)),
         listed(
             "On configurations that the fit has not seen",
@@ -156,16 +159,48 @@ def section_html(section: Section) -> str:
     return blocks_html(section.blocks)
 
 
+#: Title and caption of the pictures that the page of a diagnosis shows, too.
+WATERFALL = (
+    "What takes the error away",
+    "The error in tolerances on configurations that the fit has not seen, with 90 % intervals; "
+    "below the repeatability nothing can go.",
+)
+SHARES = (
+    "Which effects, and how much",
+    "Shares of the squared error of all configurations; a negative share hides a part of it. Blue: "
+    "established as causes.",
+)
+PLACES = (
+    "Map of the error",
+    "Error of the nominal model by stage, stretch of time and band of frequency, over all runs and "
+    "over the levels of the settings. No colour: below one tolerance.",
+)
+
+
+def _places(verdict: Verdict) -> list[Block]:
+    plot = place_plot(verdict)
+    if plot is None:
+        return []
+    title, caption = PLACES
+    return [ChartRow([replace(plot, title=title, notes=(*plot.notes, caption))], wide=True)]
+
+
 def _path_and_shares(verdict: Verdict) -> list[Block]:
-    figures = [plot for plot in (path_plot(verdict), share_plot(verdict)) if plot is not None]
+    figures = [
+        replace(plot, title=title, notes=(*plot.notes, caption))
+        for plot, (title, caption) in (
+            (waterfall_plot(verdict) if verdict.path else None, WATERFALL),
+            (share_figure(verdict), SHARES),
+        )
+        if plot is not None
+    ]
     if not figures:
         return []
     return [
         ChartRow(figures),
         Paragraph(
             "The path adds one set of effects after the other and measures the error on "
-            "configurations that the fit has not seen. Shares are of the squared error of all "
-            "configurations; what is blue is established as a cause.",
+            "configurations that the fit has not seen.",
             quiet=True,
         ),
     ]

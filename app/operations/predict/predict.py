@@ -12,7 +12,11 @@ from ..operation import Operation, Output, Progress, Result
 from .request import NONE, PredictionRequest, PredictionsRequest
 
 if TYPE_CHECKING:
+    from ....schema.session import Store
+    from ....twin.prediction import Prediction
+    from ...twins.building import BuiltTwin
     from .batch import PredictedShots
+    from .same_setting import MeasuredRange
     from .service import ShotPrediction
 
 
@@ -60,9 +64,21 @@ def _run(
 
     with request.twin_request() as twin:
         built = laboratory.twin(twin)
-    return ShotPrediction(
-        built, predict_shot(built, request, draws=request.draws, seed=request.seed)
-    )
+    prediction = predict_shot(built, request, draws=request.draws, seed=request.seed)
+    return ShotPrediction(built, prediction, _measured(laboratory.store, built, prediction))
+
+
+def _measured(
+    store: Store | None, built: BuiltTwin, prediction: Prediction
+) -> Mapping[str, MeasuredRange]:
+    """What shots of the twin's bench measured at this setting; nothing of the shipped bench."""
+    from .nearest_shots import setting_values, shots_of
+    from .same_setting import measured_ranges, shots_of_setting
+
+    if store is None or built.bench.campaign is None:
+        return {}
+    shots = shots_of_setting(setting_values(prediction.setting), shots_of(store, built))
+    return measured_ranges(prediction, shots)
 
 
 def _table(

@@ -5,7 +5,7 @@ SI."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -39,6 +39,7 @@ from .batch import FIELDS, ShotRow, rows_of_table
 from .figures import prediction_figure
 from .predicting import prediction_json
 from .request import ShotRequest
+from .same_setting import MeasuredRange, setting_sentences
 from .tables import quantity_rows, spectrum_rows
 from .validity import beyond_rows, domain_sentences, warning_sentences
 
@@ -271,26 +272,31 @@ class SensorSeries(Mapping[str, PredictedSeries]):
 class ShotPrediction(Result):
     """What the twin predicts of one shot, each number and series with its 90 % band.
 
-    `built` is the twin, and `prediction` its record.
+    `built` is the twin, and `prediction` its record; `measured` is what shots of the bench measured
+    at this setting, by quantity.
     """
 
     built: BuiltTwin
     prediction: Prediction
+    measured: Mapping[str, MeasuredRange] = field(default_factory=dict)
 
     def notes(self) -> Sequence[str]:
         """What was assumed, and where the contact is asked beyond its domain."""
         return (*self.built.notes, *map(str, domain_sentences(self.prediction)))
 
     def sentences(self) -> Sequence[Sentence]:
-        """What the bands rest on."""
-        return (Sentence(self.rests_on),) if self.rests_on else ()
+        """What the bands rest on, and what was measured at this setting."""
+        rests_on = (Sentence(self.rests_on),) if self.rests_on else ()
+        return (*rests_on, *setting_sentences(self.measured, self.prediction))
 
     def tables(self) -> Sequence[ResultTable]:
         """The numbers, the spectra, what lies beyond the learned shots, and what answered."""
         beyond = beyond_rows(self.prediction)
         models = self.prediction.models.items()
         return (
-            ResultTable("This shot, with 90 % bands", list(quantity_rows(self.prediction))),
+            ResultTable(
+                "This shot, with 90 % bands", list(quantity_rows(self.prediction, self.measured))
+            ),
             ResultTable(
                 "Shock response spectrum",
                 list(spectrum_rows(self.prediction)),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ....twin.prediction import Prediction, Quantity
 from ...common.number_format import format_interval
 from ...common.quantities import Display, display_of
+from .same_setting import MeasuredRange, range_cells
 from .validity import warnings_of_number
 
 #: Numbers of the prediction, in their order.
@@ -22,14 +23,18 @@ QUANTITIES = (
 _ACCELERATION = "acceleration_m_s2"
 
 
-def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
-    """Named quantities, 90 % intervals as texts; with `warning` where an input is beyond what was
-    learned."""
+def quantity_rows(
+    prediction: Prediction, measured: Mapping[str, MeasuredRange] | None = None
+) -> Iterator[dict[str, Any]]:
+    """Named quantities, 90 % intervals as texts; what was `measured` at this setting, where it was
+    at all; with `warning` where an input is beyond what was learned."""
     for field in QUANTITIES:
         warning = warnings_of_number(prediction, field)
         shown = display_of(field)
-        yield _row(shown.label, shown, getattr(prediction, field)) | (
-            {"warning": warning} if warning else {}
+        yield (
+            _row(shown.label, shown, getattr(prediction, field))
+            | (range_cells(measured, field) if measured else {})
+            | ({"warning": warning} if warning else {})
         )
     for sensor in prediction.sensors:
         yield _row(

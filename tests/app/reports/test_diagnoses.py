@@ -10,19 +10,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock import app
 from pyroshock.app.documents.document import Bars, ChartRow, Paragraph
 from pyroshock.app.documents.page import blocks_html, html_of
 from pyroshock.app.documents.pdf import pdf_of
 from pyroshock.app.figures.figure import BandSeries, ColourRole, PointSeries
+from pyroshock.app.figures.inline_svg import inline_svg
 from pyroshock.app.operations.diagnose.diagnosing import keep, report_json
+from pyroshock.app.operations.diagnose.place_figure import place_plot
 from pyroshock.app.operations.diagnose.report import (
+    PLACES,
+    SHARES,
+    WATERFALL,
     diagnosis_document,
     document_of,
     page,
     verdict_of,
     write_page,
 )
+from pyroshock.app.operations.diagnose.share_figure import share_figure
 from pyroshock.app.operations.diagnose.statements import summary
+from pyroshock.app.operations.diagnose.waterfall import waterfall_plot
 from pyroshock.diagnosis.verdict import GapSize, Pictures, Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_layout import count_pages, words_of
@@ -250,3 +258,38 @@ def test_a_printed_report_draws_the_largest_residuals_and_says_how_many_it_leave
         and "observable 0" not in text
         and "smaller residuals are drawn" in text
     )
+
+
+def test_the_pictures_of_the_page_stand_in_the_report() -> None:
+    """The waterfall, the shares and the map of places, as on the page, under the same captions."""
+    made = verdicts.explored()
+    report = document_of(made, "1", None)
+    plots = [
+        plot
+        for section in report.sections
+        for block in section.blocks
+        if isinstance(block, ChartRow)
+        for plot in block.figures
+    ]
+    titles = [plot.title for plot in plots]
+    assert titles[:3] == [
+        "What takes the error away",
+        "Which effects, and how much",
+        "Map of the error",
+    ]
+    for plot, own in zip(
+        plots, (waterfall_plot(made), share_figure(made), place_plot(made)), strict=False
+    ):
+        assert own is not None
+        assert repr((plot.series, plot.x, plot.y)) == repr((own.series, own.x, own.y))
+    html = html_of(report)
+    assert all(caption in Page(html).text for _, caption in (WATERFALL, SHARES, PLACES))
+    page_template = (Path(app.__file__).parent / "web/templates/diagnosis.html").read_text("utf-8")
+    assert all(caption in page_template for _, caption in (WATERFALL, PLACES))
+    picture = inline_svg(plots[2])
+    assert "<image" not in picture, "cells are drawn, for a page may refuse pictures of pixels"
+    words = {word.strip() for word in Page(picture).words}
+    assert set(plots[2].x.categories) | set(plots[2].y.categories) <= words
+    # one of nine is no number, two lie below the tolerance: 6 cells, and those of the key
+    assert picture.count("fill: var(--c1)") == 6 + 24
+    assert pdf_of(report).startswith(b"%PDF")

@@ -161,6 +161,8 @@ def test_command_api_and_page_say_the_same(filled: Lab, name: str) -> None:
     }
     rows = {row["quantity"]: row for row in answer["numbers"]}
     printed = of_command(filled, name)
+    # the command says of shots at this setting what the page says
+    assert answer["here"] in " ".join(printed.stdout.split())
     for quantity, (value, scale) in expected.items():
         numbers = [scale * value["mean"], *(scale * end for end in value["ci90"])]
         mean, low, high = format_interval(*numbers)
