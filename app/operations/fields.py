@@ -349,8 +349,8 @@ def _texts(value: Any, info: ValidationInfo) -> Any:
     if value is None:
         return ()
     texts = value.splitlines() if isinstance(value, str) else value
-    if not isinstance(texts, Collection):
-        return value
+    if not isinstance(texts, Collection) or not all(isinstance(text, str) for text in texts):
+        return value  # no texts: the field refuses them in its own words
     typed = source_of(info) == "command"
     return tuple(text.strip() for text in texts if typed or text.strip())
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from ....diagnosis.verdict import LEAST_FRACTION, EffectSet, Verdict
 from ...common.number_format import join_words
 from ..sentence import Number, Sentence
-from .statements import CAUSE, FIRST, MAKES_ERROR, answer, is_agreement, is_unknown
+from .statements import CAUSE, FIRST, MAKES_ERROR, answer, at_least, is_agreement, is_unknown
 from .waterfall import short_names
 from .wording import ACTS, MOST_NAMES, WHOLE_ANSWER, sentence_start
 
@@ -35,7 +35,7 @@ def _cause(verdict: Verdict, causes: list[EffectSet]) -> Sentence:
         least = min(causes, key=lambda own: own.inclusion)
         number = Number(ACTS, least.inclusion, "share")
         sure = (
-            f"each acts with a probability of at least {number}, if the catalogue has every cause"
+            f"each acts with a probability of {at_least(number)}, if the catalogue has every cause"
             if len(causes) > 1
             else f"it acts with a probability of {number}, if the catalogue has every cause"
         )

@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from ....diagnosis.verdict import LEAST_FRACTION
 from ...common.number_format import join_words, percent
 from ...twins.adopted_effects import adoptable_names, effects_of_stages
 from ..operation import ResultTable
@@ -87,7 +88,9 @@ def stage_cards(verdict: Verdict) -> list[StageCard]:
                 *_STAGES[-1][1:],
                 _drawn(sum(sensors)),
                 percent(sum(sensors)),
-                "explained by their effects",
+                "explained by their effects"
+                if sum(sensors) > -LEAST_FRACTION
+                else "their effects hide a part of the error",
             )
         )
     else:

@@ -432,6 +432,11 @@ def _answers(verdict: Verdict) -> list[str]:
     return [set_subject(name, "with") for name in verdict.first.effects]
 
 
+def at_least(share: Number) -> str:
+    """`at least 97 %`; `> 99 %`, which says it already."""
+    return str(share) if share.cell.startswith(">") else f"at least {share}"
+
+
 def _two_probabilities(verdict: Verdict) -> Iterator[Sentence]:
     """What each of two probabilities is of, where the causes and the effects have different ones
     for the same set."""
@@ -444,7 +449,7 @@ def _two_probabilities(verdict: Verdict) -> Iterator[Sentence]:
     if {part for name in first.effects for part in name.split("+")} != members:
         return
     acting = (
-        f"These effects act, each with a probability of at least {acts}"
+        f"These effects act, each with a probability of {at_least(acts)}"
         if len(sets) > 1
         else f"This acts with a probability of {acts}"
     )

@@ -24,7 +24,10 @@ def _values(texts: Any) -> Any:
     if isinstance(texts, str):
         texts = [line.partition("=")[::2] for line in texts.splitlines() if line.strip()]
     pairs = texts.items() if isinstance(texts, Mapping) else texts
-    return {str(name).strip(): str(value) for name, value in pairs}
+    try:
+        return {str(name).strip(): str(value) for name, value in pairs}
+    except TypeError as error:
+        raise ValueError(f"parameters is {texts!r:.200}; expected names with values") from error
 
 
 def _bounded(seconds: float, info: ValidationInfo) -> float:

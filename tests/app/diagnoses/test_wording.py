@@ -7,7 +7,10 @@ import re
 from dataclasses import replace
 
 import pytest
+from pyroshock.app.common.number_format import times
 from pyroshock.app.common.quantities import shown_in
+from pyroshock.app.operations.diagnose.headline import headline
+from pyroshock.app.operations.diagnose.page_parts import list_row, stage_cards
 from pyroshock.app.operations.diagnose.recommendations import rest_sentence
 from pyroshock.app.operations.diagnose.report import effect_rows
 from pyroshock.app.operations.diagnose.request import (
@@ -22,6 +25,7 @@ from pyroshock.app.operations.diagnose.texts import (
     recommendations,
     where_lines,
 )
+from pyroshock.app.operations.diagnose.waterfall import path_levels, waterfall_rows
 from pyroshock.app.operations.diagnose.wording import (
     EFFECT_CHECKS,
     EFFECT_SUBJECTS,
@@ -419,6 +423,48 @@ def test_what_remains_is_a_part_of_the_squared_error_or_said_in_words(
         assert percents and "of the squared error remains unexplained" in remains
     else:
         assert not percents and "the error is larger than without any" in remains
+
+
+@pytest.mark.parametrize(("inclusion", "words"), [
+    (0.999, "each acts with a probability of > 99 %,"),
+    (0.97, "each acts with a probability of at least 97 %,"),
+])  # fmt: skip
+def test_near_certainty_is_not_said_to_be_at_least_more_than_itself(
+    inclusion: float, words: str
+) -> None:
+    effects = tuple(replace(own, inclusion=inclusion) for own in verdicts.gun().effects[:3])
+    made = verdicts.gun(effects=effects, causes=(Cause(("gun.valve_flow",), 0.9),))
+    text = " ".join(sentence.text for sentence in headline(made))
+    assert words in text and "at least >" not in text + summary(made)
+
+
+@pytest.mark.parametrize(("share", "text", "note"), [
+    (-0.33, "-33 %", "their effects hide a part of the error"),
+    (0.12, "12 %", "explained by their effects"),
+])  # fmt: skip
+def test_a_negative_share_of_the_sensors_is_said_to_hide_a_part(
+    share: float, text: str, note: str
+) -> None:
+    sensor = replace(verdicts.gun().effects[0], effect="sensor.force_gain", share=share)
+    card = stage_cards(verdicts.gun(effects=(sensor,)))[-1]
+    assert (card.text, card.note) == (text, note)
+
+
+@pytest.mark.parametrize(
+    "verdict",
+    [verdicts.explored(), verdicts.gun(), verdicts.unknown(), verdicts.verdict()],
+    ids=["explored", "gun", "unknown", "contact"],
+)
+def test_headline_waterfall_and_list_have_one_size(verdict: Verdict) -> None:
+    size = verdict.gap.before / verdict.gap.tolerance
+    assert f"is {times(size)} times the tolerance" in headline(verdict)[0].text
+    assert (
+        f"is {times(size)} times the tolerance" in list_row({"adopted": None}, verdict)["sentence"]
+    )
+    bars = waterfall_rows(verdict, path_levels(verdict))
+    assert bars[0].end == pytest.approx(size, rel=1e-12)
+    stages = [card.share for card in stage_cards(verdict)[:-1] if card.share is not None]
+    assert not stages or sum(stages) == pytest.approx(1.0, abs=0.011)
 
 
 # --- what to do next: two to five full sentences, and under unknown always an experiment ---
