@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import re
 import types
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import annotated_types
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 
 from ..common.unit_endings import unit_ending
 from .fields import presentation_of
@@ -109,10 +111,46 @@ def read(
 ) -> Asked:
     """The request of these values; `folders` are those that the network may name. Raises
     `RequestError`."""
+    context = {"source": source, "folders": folders}
     try:
-        return request.model_validate(dict(values), context={"source": source, "folders": folders})
+        return request.model_validate(dict(values), context=context)
     except ValidationError as error:
         raise RequestError(list(faults_of(error, request))) from error
+    except _WRONG_KIND as error:
+        raise RequestError(list(_faults_of_kind(request, values, context, error))) from error
+
+
+#: What the reading of a field raises for a value of a kind that it was not written for: a list in
+#: place of a mapping, a name that is a list.
+_WRONG_KIND = (TypeError, AttributeError, KeyError, IndexError)
+
+
+def _faults_of_kind(
+    request: type[Request], values: Mapping[str, Any], context: Any, error: Exception
+) -> Iterator[Fault]:
+    """A fault for each field that cannot read its value by itself; one for the whole request where
+    each can."""
+    unread = []
+    for name, value in values.items():
+        field = request.model_fields.get(name)
+        if field is None:
+            continue
+        try:
+            with warnings.catch_warnings():
+                # that a default is checked, too, means nothing for a value that is there
+                warnings.simplefilter("ignore", UnsupportedFieldAttributeWarning)
+                kind: Any = Annotated[field.annotation, field]
+                adapter: TypeAdapter[Any] = TypeAdapter(kind)
+            adapter.validate_python(value, context=context)
+        except ValidationError as refusal:
+            unread += [
+                _fault({**item, "loc": (name, *item["loc"])}, request) for item in refusal.errors()
+            ]
+        except _WRONG_KIND:
+            unread.append(
+                Fault(name, f"{name} is {_shown(value, field)}; expected {expectation(field)}")
+            )
+    yield from unread or [Fault("", f"a value is of the wrong kind: {error}")]
 
 
 def read_arguments(request: type[Asked], given: Mapping[str, Any]) -> Asked:
