@@ -78,7 +78,8 @@ class RemoteStore(ExperimentStore):
     # --- what is read as a whole
 
     def _campaign_rows(self, tag: str | None) -> Sequence[Mapping[str, Any]]:
-        return _rows(self._connection.read("/api/library/campaigns", {"tag": tag}).rows)
+        asked = {} if tag is None else {"tag": tag}
+        return _rows(self._connection.read("/api/library/campaigns", asked).rows)
 
     def _impacts(
         self, selection: SelectedRows, limit: int | None, named: Sequence[str]

@@ -128,7 +128,7 @@ def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
     (("with a as (select 1) insert into factors (name) select 'x'",), "pyroshock ingest"),
     (("select set_config('transaction_read_only', 'off', true)",), ""),
     (("select * from impact",),
-     "no table 'impact' in the store; tables: audit_rows, campaign_counts,"),
+     "no table 'impact' in the store; tables: attached_contents, attached_pieces,"),
     (("select p.peak_force from pulses p",),
      "no column 'peak_force' in pulses; did you mean peak_force_n"),
     (("with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) "

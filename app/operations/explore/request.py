@@ -113,7 +113,7 @@ class Exploration(Selection):
         presentation=Presentation(metavar="NAME", completion="view_names"),
     )
 
-    @field_validator("x", "y", "colour", "channel", "view")
+    @field_validator("campaign", "x", "y", "colour", "channel", "view")
     @classmethod
     def _blank_is_none(cls, name: str | None) -> str | None:
         return name or None

@@ -309,6 +309,7 @@ _REQUESTS = st.fixed_dictionaries(
 
 @given(_REQUESTS)
 @example({"x": " "})
+@example({"campaign": " "})
 def test_a_request_is_read_from_what_a_view_and_an_address_keep_of_it(fields):
     request = read(Exploration, fields, "python")
     stored = json.loads(json.dumps(request.model_dump(mode="json")))
