@@ -20,11 +20,12 @@ LINE = {
 FIRST_CHART_S, PAGE_BYTES = 4.0, 500_000
 
 
-def test_the_first_chart_of_an_impact_is_there_in_seconds(
-    browser: Any, lab: Any, address: Any
+@pytest.mark.parametrize("name", ["home", "impact"])
+def test_the_first_chart_of_a_page_is_there_in_seconds(
+    browser: Any, lab: Any, address: Any, name: str
 ) -> None:
     with page_of(browser, lab) as page:
-        page.goto(address("impact"))  # the server has read the store once
+        page.goto(address(name))  # the server has read the store once
     with page_of(browser, lab) as page:
         session = page.context.new_cdp_session(page)
         session.send("Network.enable")
@@ -32,9 +33,10 @@ def test_the_first_chart_of_an_impact_is_there_in_seconds(
         sizes: list[float] = []
         session.on("Network.loadingFinished", lambda end: sizes.append(end["encodedDataLength"]))
         begun = time.monotonic()
-        page.goto(address("impact"), wait_until="commit")
+        page.goto(address(name), wait_until="commit")
         page.wait_for_selector("[data-drawn=yes]")
         taken = time.monotonic() - begun
         page.wait_for_load_state("networkidle")
+    print(f"{name}: first chart after {taken:.2f} s, {sum(sizes) / 1e3:.0f} kB in all")
     assert taken < FIRST_CHART_S * SLOW
     assert 0 < sum(sizes) < PAGE_BYTES
