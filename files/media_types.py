@@ -190,7 +190,7 @@ def _text_of(content: bytes) -> str | None:
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
             return content.decode("utf-16")[:1000]
-        except UnicodeDecodeError:
+        except UnicodeDecodeError:  # two bytes that look like a mark begin other files, too
             return None
     if _NO_TEXT.search(content):
         return None

@@ -142,11 +142,11 @@ def _faults_of_kind(
                 kind: Any = Annotated[field.annotation, field]
                 adapter: TypeAdapter[Any] = TypeAdapter(kind)
             adapter.validate_python(value, context=context)
-        except ValidationError as refusal:
+        except ValidationError as refusal:  # its fault is told beside the others
             unread += [
                 _fault({**item, "loc": (name, *item["loc"])}, request) for item in refusal.errors()
             ]
-        except _WRONG_KIND:
+        except _WRONG_KIND:  # the fault says it, as any other value that cannot be used
             unread.append(
                 Fault(name, f"{name} is {_shown(value, field)}; expected {expectation(field)}")
             )

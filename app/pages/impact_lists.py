@@ -159,16 +159,16 @@ def impacts(
         )
 
 
-def _position(before: int, shown: int, total: int, noun: str = "impact") -> str:
+def _position(rows_before: int, rows_shown: int, total: int, noun: str = "impact") -> str:
     """`Impacts 101 to 200 of 10,077`; a number beyond `COUNTED` is not exact."""
-    if not shown:
+    if not rows_shown:
         return ""
     of = f"{total:,}" if total <= COUNTED else f"more than {COUNTED:,}"
-    if before > COUNTED:
-        return f"{shown} of {of} {noun}s, beyond the first {COUNTED:,}"
-    if shown == total:
+    if rows_before > COUNTED:
+        return f"{rows_shown} of {of} {noun}s, beyond the first {COUNTED:,}"
+    if rows_shown == total:
         return f"{total:,} {noun}{'s' if total > 1 else ''}"
-    return f"{noun.capitalize()}s {before + 1:,} to {before + shown:,} of {of}"
+    return f"{noun.capitalize()}s {rows_before + 1:,} to {rows_before + rows_shown:,} of {of}"
 
 
 def _varied(rows: Sequence[Mapping[str, Any]], names: Iterable[str]) -> list[str]:

@@ -96,7 +96,7 @@ def test_a_file_comes_back_bit_for_bit_and_lies_once_however_often_it_is_attache
 def test_what_is_refused_stores_nothing_and_says_why(lab: str, tmp_path: Path) -> None:
     rows_before = rows(lab)
     words: tuple[str, ...]
-    for name, content, words, said in (
+    for name, content, words, message in (
         ("evil.png", HTML, ("--campaign", "spring"), "'evil.png' and cannot be taken: it is HTML"),
         ("none.txt", b"", ("--campaign", "spring"), "it is empty"),
         ("plate.jpg", picture(), ("--campaign", "nowhere"), "no campaign 'nowhere'"),
@@ -106,7 +106,7 @@ def test_what_is_refused_stores_nothing_and_says_why(lab: str, tmp_path: Path) -
     ):
         (tmp_path / name).write_bytes(content)
         answer = run_pyroshock("attachments", "add", tmp_path / name, *words, "--db", lab, code=2)
-        assert said in answer.stderr
+        assert message in answer.stderr
     attach(lab, tmp_path, "plate.jpg", picture(), "--campaign", "spring")
     twice = ("attachments", "add", tmp_path / "plate.jpg", "--campaign", "spring", "--db", lab)
     assert "already, as attachment 1" in run_pyroshock(*twice, code=2).stderr
@@ -174,9 +174,9 @@ def test_damage_is_found_by_the_check_and_by_whoever_reads(
     attach(lab, tmp_path, "series.csv", LARGE, "--campaign", "spring")
     zeros = "zeroblob(1)" if lab.startswith("sqlite") else r"'\x00'"
     execute(lab, statement.format(zeros=zeros, hash="0" * 64))
-    said = findings(lab)
-    assert any(line.startswith("attachments: ") and DAMAGES[statement] in line for line in said)
-    of_rows = [line for line in said if line.startswith("rows: ")]
+    lines = findings(lab)
+    assert any(line.startswith("attachments: ") and DAMAGES[statement] in line for line in lines)
+    of_rows = [line for line in lines if line.startswith("rows: ")]
     assert bool(of_rows) is statement.startswith("UPDATE")
     if "DELETE FROM attached" in statement:
         assert any("2 pieces; expected 3" in line for line in findings(lab, 1, "--fast"))
@@ -228,15 +228,18 @@ def test_files_are_archived_and_restored_with_their_campaign_and_shared_content_
     attach(lab, tmp_path, "same.jpg", picture(), "--campaign", "autumn")
     attach(lab, tmp_path, "gone.pdf", PDF, "--campaign", "spring")
     run_pyroshock("attachments", "remove", "4", "--reason", "secret", "--db", lab)
-    before, out = listed(lab, "--campaign", "spring", "--removed"), tmp_path / "spring.pyroshock"
+    files_before, out = (
+        listed(lab, "--campaign", "spring", "--removed"),
+        tmp_path / "spring.pyroshock",
+    )
     words = ("--reason", "room", "--db", lab)
     run_pyroshock("campaigns", "archive", "spring", "--out", out, *words)
     assert rows(lab) == [1, 1, 1] and names(lab) == ["same.jpg"]
     assert is_sound(lab)
     run_pyroshock("campaigns", "restore", out, "--db", lab)
-    after = listed(lab, "--campaign", "spring", "--removed")
-    assert [{**row, "attachment": 0} for row in after] == [
-        {**row, "attachment": 0} for row in before
+    files_after = listed(lab, "--campaign", "spring", "--removed")
+    assert [{**row, "attachment": 0} for row in files_after] == [
+        {**row, "attachment": 0} for row in files_before
     ]
     assert rows(lab) == [4, 3, 5] and is_sound(lab)
 
@@ -292,8 +295,8 @@ def test_two_clients_attach_the_same_content_at_once(lab: str) -> None:
 
         def add(session: Any) -> int:
             subject = find_subject(session, "campaign", "spring")
-            with second.reading() as other:
-                there = other.scalar(select(func.count()).select_from(AttachedContent))
+            with second.reading() as session_of_second:
+                there = session_of_second.scalar(select(func.count()).select_from(AttachedContent))
             if not there and not raced:
                 raced.append(True)
                 second.write(

@@ -244,9 +244,9 @@ def test_what_the_examples_of_every_door_do_not_change_has_its_row_where_it_chan
         run_pyroshock("dataset", "build", "both", "--from", "summer", *db)
         assert names(url) == changes
     run_pyroshock("db", "backup", tmp_path / "backup", *db)
-    again = f"sqlite:///{tmp_path / 'again.db'}"
-    run_pyroshock("db", "restore", tmp_path / "backup", "--db", again)
-    assert names(again) == [*changes, "db-restore"]
+    restored_url = f"sqlite:///{tmp_path / 'again.db'}"
+    run_pyroshock("db", "restore", tmp_path / "backup", "--db", restored_url)
+    assert names(restored_url) == [*changes, "db-restore"]
 
 
 @pytest.mark.parametrize(("name", "address", "body"), [

@@ -83,9 +83,9 @@ class NewAttachment(AboutOne):
     @model_validator(mode="after")
     def _is_about_one(self) -> NewAttachment:
         if len(self.stated) != 1:
-            given = ", ".join(kind for kind, _ in self.stated) or "none of them"
+            kinds = ", ".join(kind for kind, _ in self.stated) or "none of them"
             raise ValueError(
-                f"a file is attached to one campaign, run, impact or plan, and {given} is given; "
+                f"a file is attached to one campaign, run, impact or plan, and {kinds} is given; "
                 "name one"
             )
         return self

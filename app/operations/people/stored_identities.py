@@ -137,24 +137,24 @@ def invite(
             f"user {name!r} has the role {user.role}; pyroshock users change {name} --role "
             f"{role} changes it"
         )
-    other = session.scalars(
+    claimant = session.scalars(
         select(SignOnIdentity).where(
             SignOnIdentity.login == login, SignOnIdentity.user_id != user.id
         )
     ).first()
-    if other is None and account is not None:
+    if claimant is None and account is not None:
         issuer, subject = account
-        other = session.scalars(
+        claimant = session.scalars(
             select(SignOnIdentity).where(
                 SignOnIdentity.issuer == issuer,
                 SignOnIdentity.subject == subject,
                 SignOnIdentity.user_id != user.id,
             )
         ).first()
-    if other is not None:
+    if claimant is not None:
         raise ValueError(
-            f"login {login!r} is that of user {other.user.name!r}; remove that user, or invite "
-            f"{other.user.name} with another login first"
+            f"login {login!r} is that of user {claimant.user.name!r}; remove that user, or invite "
+            f"{claimant.user.name} with another login first"
         )
     own = select(SignOnIdentity).where(SignOnIdentity.user_id == user.id)
     identity = session.scalars(own).one_or_none()

@@ -39,7 +39,7 @@ def attached_section(session: Session, campaign_id: int) -> Section:
             try:
                 photographs.append(_photograph(session, attachment))
                 continue
-            except PictureError as error:
+            except PictureError as error:  # the report says why it is listed alone
                 reason = str(error)
         listed.append(attachment)
         reasons.append(f"{attachment.file_name} is listed and not printed: {reason}.")

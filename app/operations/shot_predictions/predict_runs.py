@@ -337,7 +337,7 @@ def _rows(
     for run, row in cells.items():
         try:
             (shot,) = rows_of_table([row], f"plan {plan!r}")
-        except ValueError as error:
+        except ValueError as error:  # the other runs are predicted, and the result names this one
             refused[run] = str(error).removeprefix(f"plan {plan!r}, run {run}: ")
             continue
         yield run, shot
@@ -360,7 +360,7 @@ def _twins(
         own = replace(request, plate=request.plate or plate, chain_height_m=height)
         try:
             twins[plate, height] = laboratory.twin(own)
-        except (LookupError, ValueError) as error:
+        except (LookupError, ValueError) as error:  # raised below where no plate has a twin
             failure = error
             refused |= {run: str(error) for run, row in rows.items() if row.twin == (plate, height)}
     if failure is not None and not twins:
@@ -383,7 +383,7 @@ def _with_factors(
             continue  # its plate has no twin, and that is noted
         try:
             yield run, with_factors(row, twins[row.twin], of_store)
-        except ValueError as error:
+        except ValueError as error:  # the other runs are predicted, and the result names this one
             refused[run] = str(error)
 
 
@@ -408,7 +408,7 @@ def _forecast_run(item: tuple[int, ShotRow], context: ForecastContext) -> Foreca
     twin = _gun_alone(built) if lacking else built
     try:
         prediction = predict_shot(twin, row.shot, draws=context.draws, seed=context.seed)
-    except (LookupError, ValueError) as error:
+    except (LookupError, ValueError) as error:  # the result says it of this run
         return str(error)
     is_set = row.shot.impact_velocity_m_s is not None
     values = forecast_values(prediction, lacking, is_set=is_set)
@@ -465,7 +465,7 @@ def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> di
         drawn |= {"contact_time_s": draws.contact_time_s, "peak_force_n": draws.peak_force_n}
         for place, sensor in enumerate(prediction.sensors):
             drawn[key_of_peak(sensor)] = draws.peak_acceleration_m_s2[:, place]
-    kept = {
+    rounded_draws = {
         quantity: [float(f"{value:.{_DIGITS}g}") for value in sorted(map(float, values))]
         for quantity, values in drawn.items()
         if all(map(math.isfinite, map(float, values)))
@@ -474,7 +474,8 @@ def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> di
         name: value
         for quantity in QUANTITIES
         for name, value in _columns(
-            quantity, band_of(quantity, kept[quantity]) if quantity in kept else None
+            quantity,
+            band_of(quantity, rounded_draws[quantity]) if quantity in rounded_draws else None,
         )
     }
     warnings = (
@@ -488,7 +489,7 @@ def forecast_values(prediction: Prediction, lacking: str, *, is_set: bool) -> di
     return {
         **columns,
         "models": _models(prediction, lacking),
-        "drawn": kept,
+        "drawn": rounded_draws,
         "spectra": None if lacking else _spectra(prediction),
         "warnings": list(map(str, warnings)),
         "remarks": remarks,

@@ -132,7 +132,7 @@ def _check_address(option: str, address: str) -> None:
 def _is_ip(host: str) -> bool:
     try:
         ipaddress.ip_address(host)
-    except ValueError:
+    except ValueError:  # a name of a host, or nothing at all
         return False
     return True
 

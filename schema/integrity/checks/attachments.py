@@ -93,7 +93,7 @@ def _content(connection: Connection, row: ContentRow) -> str:
         for piece in iter_pieces(connection, row.id, row.size_bytes):
             digest.update(piece)
             pieces.append(piece)
-    except AttachedFileError as error:
+    except AttachedFileError as error:  # the check reports it as what is wrong
         return str(error)
     if digest.hexdigest() != row.sha256:
         return (
@@ -102,7 +102,7 @@ def _content(connection: Connection, row: ContentRow) -> str:
         )
     try:
         kind = media_type_of(b"".join(pieces))
-    except MediaTypeError as error:
+    except MediaTypeError as error:  # no such bytes were taken: the check reports them
         return str(error)
     stated = (row.media_type, row.width_px, row.height_px)
     if stated != (kind.name, kind.width_px, kind.height_px):

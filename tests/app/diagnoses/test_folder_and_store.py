@@ -41,26 +41,28 @@ def folder_of(name: str, request: pytest.FixtureRequest) -> Path:
     return shipped if shipped.is_dir() else Path(request.getfixturevalue("examples") / name)
 
 
-def assert_same(place: str, own: Any, other: Any) -> None:
+def assert_same(place: str, of_folder: Any, of_store: Any) -> None:
     """To the last bit: a diagnosis weighs hundreds of sets of effects, and may choose others where
     two records differ by the last digit of a double."""
-    assert type(own) is type(other), place
-    if is_dataclass(own):
-        for item in fields(own):
-            entries = [getattr(record, item.name) for record in (own, other)]
+    assert type(of_folder) is type(of_store), place
+    if is_dataclass(of_folder):
+        for item in fields(of_folder):
+            entries = [getattr(record, item.name) for record in (of_folder, of_store)]
             assert_same(f"{place}.{item.name}", *entries)
-    elif isinstance(own, np.ndarray):
-        assert own.shape == other.shape and np.array_equal(own, other, equal_nan=True), place
-    elif isinstance(own, Mapping):
-        assert list(own) == list(other), place
-        for name in own:
-            assert_same(f"{place}[{name}]", own[name], other[name])
-    elif isinstance(own, list | tuple):
-        assert len(own) == len(other), place
-        for i, parts in enumerate(zip(own, other, strict=True)):
+    elif isinstance(of_folder, np.ndarray):
+        assert of_folder.shape == of_store.shape and np.array_equal(
+            of_folder, of_store, equal_nan=True
+        ), place
+    elif isinstance(of_folder, Mapping):
+        assert list(of_folder) == list(of_store), place
+        for name in of_folder:
+            assert_same(f"{place}[{name}]", of_folder[name], of_store[name])
+    elif isinstance(of_folder, list | tuple):
+        assert len(of_folder) == len(of_store), place
+        for i, parts in enumerate(zip(of_folder, of_store, strict=True)):
             assert_same(f"{place}[{i}]", *parts)
     else:
-        assert own == other or (own != own and other != other), place
+        assert of_folder == of_store or (of_folder != of_folder and of_store != of_store), place
 
 
 @pytest.mark.parametrize("name", CAMPAIGNS)

@@ -84,10 +84,10 @@ def test_photographs_are_printed_with_caption_name_and_hash_and_documents_are_li
 
 
 def test_the_paper_shows_the_photograph(hits: Store) -> None:
-    before = teal_share(hits)
+    share_before = teal_share(hits)
     attach(hits, "campaign", "hits", "plate.jpg", photograph(), "the plate")
     # half a page's width by nine sixteenths of that is 7 % of a page, of which there are some
-    assert before == 0 and teal_share(hits) > 0.01
+    assert share_before == 0 and teal_share(hits) > 0.01
 
 
 def teal_share(store: Store) -> float:

@@ -126,8 +126,9 @@ def test_run_that_is_shot_or_discarded_is_refused(url: str) -> None:
     shoot(url, 2, 9.0)
     with opened(url) as store:
         discard_run(store, PLAN, 4, "tip broke")
-    said = refusal("plan", "predict", PLAN, "--runs", "1,2", "--db", url)
-    assert "run 2: it is shot (stored " in said and "a prediction is made before the shot" in said
+    message = refusal("plan", "predict", PLAN, "--runs", "1,2", "--db", url)
+    assert "run 2: it is shot (stored " in message
+    assert "a prediction is made before the shot" in message
     assert "run 4: it is discarded" in refusal("plan", "predict", PLAN, "--runs", "4", "--db", url)
     assert "has no run 77" in refusal("plan", "predict", PLAN, "--runs", "77", "--db", url)
     assert stored(url) == {}
@@ -146,8 +147,8 @@ def test_list_of_runs_that_cannot_be_read_is_refused(url: str, runs: str) -> Non
 
 def test_run_that_is_shot_while_it_is_predicted_gets_no_prediction(url: str) -> None:
     """Between the work and the storing of its result another process stores the shot."""
-    kept = PLAN_PREDICT.keep
-    assert kept is not None
+    step = PLAN_PREDICT.keep
+    assert step is not None
 
     def keep(draft: Any, laboratory: Any) -> Any:
         shoot(url, 3, 9.0)
@@ -157,7 +158,7 @@ def test_run_that_is_shot_while_it_is_predicted_gets_no_prediction(url: str) -> 
     try:
         answer = predict(url)
     finally:
-        object.__setattr__(PLAN_PREDICT, "keep", kept)
+        object.__setattr__(PLAN_PREDICT, "keep", step)
     assert [row["run"] for row in answer.rows] == [1, 2, 4, 5]
     assert answer.refused[3].startswith("it is shot")
     assert list(stored(url)) == [1, 2, 4, 5]
@@ -230,16 +231,16 @@ def test_predicted_velocity_and_rank_are_drawn_by_explore(url: str) -> None:
 
 def test_sheet_says_what_is_expected(url: str, tmp_path: Path) -> None:
     with opened(url) as store, store.reading() as session:
-        before = sheet_of(read_plan(session, PLAN))
+        empty_sheet = sheet_of(read_plan(session, PLAN))
     predict(url, runs="1-4", contact="hertz")
     with opened(url) as store, store.reading() as session:
         plan = read_plan(session, PLAN)
     sheet = sheet_of(plan)
     labels = ("expected velocity (m/s)", "expected contact time (ms)", "expected peak force (kN)")
-    assert (before.expected, sheet.expected) == (0, 3)
-    assert sheet.setting_labels == before.setting_labels
-    for run, row, old in zip(plan.runs, sheet.rows, before.rows, strict=True):
-        assert sheet.settings_of(row) == before.settings_of(old)
+    assert (empty_sheet.expected, sheet.expected) == (0, 3)
+    assert sheet.setting_labels == empty_sheet.setting_labels
+    for run, row, old in zip(plan.runs, sheet.rows, empty_sheet.rows, strict=True):
+        assert sheet.settings_of(row) == empty_sheet.settings_of(old)
         assert row.cells[-4:] == old.cells[-4:]
         if run.run == 5:
             assert sheet.expected_of(row) == []
@@ -272,16 +273,20 @@ def test_predictions_travel_with_the_campaign_that_shot_the_plan(url: str, tmp_p
             session.execute(update(Shot).values(recording_id=None))
             session.execute(delete(Recording))
             recount(session)
-        before = predictions(url)
+        exported = predictions(url)
         export_campaign(store, PLAN, tmp_path / "plan.pyroshock")
-    other = f"sqlite:///{tmp_path / 'other.db'}"
-    with opened(other, create=True) as store:
+    second_url = f"sqlite:///{tmp_path / 'other.db'}"
+    with opened(second_url, create=True) as store:
         added = import_file(store, tmp_path / "plan.pyroshock").added
         assert added["run_predictions"] == 2
         assert import_file(store, tmp_path / "plan.pyroshock").added == {}
-    after = predictions(other)
-    assert [row.as_json() for row in after.forecasts] == [row.as_json() for row in before.forecasts]
-    assert [shot.quantities for shot in after.shots] == [shot.quantities for shot in before.shots]
+    imported = predictions(second_url)
+    assert [row.as_json() for row in imported.forecasts] == [
+        row.as_json() for row in exported.forecasts
+    ]
+    assert [shot.quantities for shot in imported.shots] == [
+        shot.quantities for shot in exported.shots
+    ]
 
 
 def test_pages_show_the_prediction_beside_the_plan_and_its_sheet(url: str) -> None:

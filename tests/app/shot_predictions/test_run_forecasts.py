@@ -309,9 +309,9 @@ def test_corrected_fact_leaves_the_time_of_the_shot(database_url: str, tmp_path)
         ingest_folder(store, gun_campaign(tmp_path / "gun", 1))
     with opened(database_url) as store:
         with store.reading() as session:
-            (before,) = session.scalars(select(Shot.stored_at))
+            (stored_at,) = session.scalars(select(Shot.stored_at))
         with store.writing() as session:
             correct_facts(store, session, "gun", {"tip_material": "steel"}, "another tip", [1])
         with store.reading() as session:
             (shot,) = session.scalars(select(Shot))
-            assert shot.stored_at == before is not None
+            assert shot.stored_at == stored_at is not None

@@ -14,21 +14,18 @@ import pytest
 from PIL import Image
 from pyroshock.app.library.remote_store import RemoteStore
 from pyroshock.app.operations.people.attachments import MOST_BYTES
-from pyroshock.app.operations.people.stored_users import add_user
-from pyroshock.app.operations.plan.planning import make_plan
 from pyroshock.app.server.application import application
 from pyroshock.app.web.guard import ATTACHMENTS
 from pyroshock.app.web.settings import Settings
 from pyroshock.schema.attachments import Attachment
-from pyroshock.schema.session import Store
 from sqlalchemy import func, select
 from starlette.testclient import TestClient
-from support.processes.web_client import TestConnection, post, post_json, sqlite, token, token_in
+from support.processes.web_client import TestConnection, post, post_json, sqlite, token
 from support.records.attached_files import HTML, PDF, SVG, picture, png_of_size, zipped
 from support.records.campaigns import hammer_campaign
 from support.stores.stores import ingested, opened
+from support.stores.team import Team, team_of
 
-PASSWORD = "four quiet grey herons"
 PEOPLE = {"rita": "reader", "olaf": "operator", "emma": "engineer"}
 EVIL = "<script>alert(1)</script> & 'x'"
 #: What a page asks for a picture with, and for everything else.
@@ -39,19 +36,8 @@ SAFE = {
 }
 
 
-class Laboratory:
-    """A store with a campaign, a plan and people, and browsers of these people."""
-
-    def __init__(self, store: Store, db: str) -> None:
-        self.db, self.store = db, store
-        self.app = application(Settings(db, asks_people=True, works=False), store)
-
-    def browser(self, name: str) -> TestClient:
-        client = TestClient(self.app, base_url="http://127.0.0.1:8000", follow_redirects=False)
-        form = client.get("/sign-in", headers={"accept": "text/html"})
-        sent = {"csrf": token_in(form.text), "name": name, "password": PASSWORD}
-        assert client.post("/sign-in", data=sent).status_code == 303
-        return client
+class Laboratory(Team):
+    """A team that counts what is attached."""
 
     def count(self) -> int:
         with self.store.reading() as session:
@@ -60,15 +46,8 @@ class Laboratory:
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
-    folder = tmp_path_factory.mktemp("attachments")
-    db = sqlite(folder)
-    ingested(db, hammer_campaign(folder / "spring", recordings=2, hits=1, name="spring"))
-    with opened(db) as store:
-        make_plan(store, "factorial", "autumn", kind="hammer", repetitions=1)
-        with store.writing() as session:
-            for name, role in PEOPLE.items():
-                add_user(session, name, role, PASSWORD)
-        yield Laboratory(store, db)
+    with team_of(tmp_path_factory.mktemp("attachments"), PEOPLE) as team:
+        yield Laboratory(team.store, team.db)
 
 
 def send(client: TestClient, name: str, content: bytes, **fields: str) -> Any:
@@ -134,8 +113,10 @@ def test_a_document_is_listed_with_its_size_and_handed_out_as_a_file(lab: Labora
         == "attachment; filename*=UTF-8''sensor%20%E2%84%96%203.pdf"
     )
     assert SAFE.items() <= answer.headers.items()
-    told = reader.get(f"/api/attachments/{facts['attachment']}").json()
-    assert base64.b64decode(told["content"]) == PDF and told["sha256"] == facts["sha256"]
+    attachment = reader.get(f"/api/attachments/{facts['attachment']}").json()
+    assert (
+        base64.b64decode(attachment["content"]) == PDF and attachment["sha256"] == facts["sha256"]
+    )
     assert reader.get(f"/attachments/{facts['attachment']}/preview").status_code == 404
 
 
@@ -148,8 +129,8 @@ def test_pictures_alone_are_drawn_and_a_browser_has_them_once(lab: Laboratory) -
         assert answer.headers["content-type"] == f"image/{kind.lower()}" == facts["media_type"]
         assert answer.headers["content-disposition"].startswith("inline; ")
         assert SAFE.items() <= answer.headers.items()
-        again = client.get(address, headers={"if-none-match": answer.headers["etag"]})
-        assert (again.status_code, again.content) == (304, b"")
+        second_answer = client.get(address, headers={"if-none-match": answer.headers["etag"]})
+        assert (second_answer.status_code, second_answer.content) == (304, b"")
         saved = client.get(address, params={"download": "true"})
         assert saved.headers["content-type"] == "application/octet-stream"
         assert saved.headers["content-disposition"].startswith("attachment; ")

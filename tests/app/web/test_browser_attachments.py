@@ -8,19 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.app.operations.people.stored_users import add_user
-from pyroshock.app.operations.plan.planning import make_plan
-from support.processes.browsers import Lab, at, browser, page_of, served, until
-from support.processes.web_client import sqlite
+from support.processes.browsers import Lab, at, browser, page_of, served, sign_in, until
 from support.records.attached_files import HTML, PDF, picture, png_of_size
-from support.records.campaigns import hammer_campaign
-from support.stores.stores import ingested, opened, run_pyroshock
+from support.stores.stores import run_pyroshock
+from support.stores.team import PASSWORD, team_of
 
 __all__ = ["browser"]
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-PASSWORD = "four quiet grey herons"
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
 _SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 _OPEN = "document.querySelectorAll('details').forEach(e => { e.open = true; })"
@@ -37,23 +33,11 @@ PLACES = {
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
     folder = tmp_path_factory.mktemp("attachments")
-    db = sqlite(folder)
-    ingested(db, hammer_campaign(folder / "spring", recordings=1, hits=2, name="spring"))
-    with opened(db) as store:
-        make_plan(store, "factorial", "autumn", kind="hammer", repetitions=1)
-        with store.writing() as session:
-            for name, role in (("olaf", "operator"), ("emma", "engineer")):
-                add_user(session, name, role, PASSWORD)
+    people = {"olaf": "operator", "emma": "engineer"}
+    with team_of(folder, people, recordings=1, hits=2) as team:
+        db = team.db
     with served(db, folder, asks_people=True) as window:
         yield window
-
-
-def sign_in(page: Any, lab: Lab, name: str) -> None:
-    page.goto(lab.origin + "/sign-in")
-    page.fill("#name", name)
-    page.fill("#password", PASSWORD)
-    page.click("#sign-in-user button")
-    until(lambda: page.url == lab.origin + "/", 30)
 
 
 def chosen(page: Any, kind: str, name: str, content: bytes) -> None:
@@ -68,7 +52,7 @@ def test_a_photograph_is_attached_seen_removed_and_put_back(
     browser: Any, lab: Lab, kind: str
 ) -> None:
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "olaf")
+        sign_in(page, lab, "olaf", PASSWORD)
         at(page, PLACES[kind])
         chosen(page, kind, "plate.jpg", picture("JPEG", (900, 600), "teal"))
         page.fill(f"#attach-caption-{kind}", f"the plate of the {kind}")
@@ -78,7 +62,7 @@ def test_a_photograph_is_attached_seen_removed_and_put_back(
         until(lambda: page.evaluate(_DRAWN) == 640, 30)
         assert "plate.jpg" in page.inner_text(".pictures figcaption")
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "emma")
+        sign_in(page, lab, "emma", PASSWORD)
         at(page, PLACES[kind])
         page.evaluate(_OPEN)
         page.fill(".pictures input[name=reason]", "another plate")
@@ -94,7 +78,7 @@ def test_what_is_refused_is_told_beside_the_file_and_what_was_typed_stays(
     browser: Any, lab: Lab
 ) -> None:
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "olaf")
+        sign_in(page, lab, "olaf", PASSWORD)
         at(page, "/campaigns/spring")
         chosen(page, "campaign", "photo.png", HTML)
         page.fill("#attach-caption-campaign", "a caption")
@@ -121,7 +105,7 @@ def test_pages_with_attachments_are_read_by_everyone_at_any_width(
                 "attachments", "add", tmp_path / name, *words, "--caption", long, "--db", lab.db
             )
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "olaf")
+        sign_in(page, lab, "olaf", PASSWORD)
         for address in (*PLACES.values(), "/attachments"):
             assert at(page, address).status == 200
             page.evaluate(_OPEN)

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 from pyroshock.app.operations.people.stored_users import add_user
 from pyroshock.app.operations.plan.planning import make_plan
-from support.processes.browsers import Lab, at, browser, page_of, served, until
+from support.processes.browsers import Lab, at, browser, page_of, served, sign_in, until
 from support.processes.web_client import sqlite
 from support.records.campaigns import hammer_campaign
 from support.stores.stores import ingested, opened, run_pyroshock
+from support.stores.team import PASSWORD
 
 __all__ = ["browser"]
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-PASSWORD = "four quiet grey herons"
 RULES = {"runOnly": {"type": "tag", "values": ["wcag2a", "wcag2aa"]}}
 _SCROLLS = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
 _OPEN = "document.querySelectorAll('details').forEach(e => { e.open = true; })"
@@ -60,21 +60,13 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
         yield window
 
 
-def sign_in(page: Any, lab: Lab, name: str) -> None:
-    page.goto(lab.origin + "/sign-in")
-    page.fill("#name", name)
-    page.fill("#password", PASSWORD)
-    page.click("#sign-in-user button")
-    until(lambda: page.url == lab.origin + "/", 30)
-
-
 def test_pages_of_people_are_read_by_everyone_at_any_width(browser: Any, lab: Lab) -> None:
     from axe_playwright_python.sync_playwright import Axe
 
     with page_of(browser, lab) as page:
         page.goto(lab.origin + "/sign-in")
         assert Axe().run(page, options=RULES).violations_count == 0
-        sign_in(page, lab, "ada")
+        sign_in(page, lab, "ada", PASSWORD)
         for address in PAGES:
             assert at(page, address).status == 200
             page.evaluate(_OPEN)
@@ -95,7 +87,7 @@ def test_pages_of_people_are_read_by_everyone_at_any_width(browser: Any, lab: La
 
 def test_a_note_is_written_and_found_with_the_slash_key(browser: Any, lab: Lab) -> None:
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "olaf")
+        sign_in(page, lab, "olaf", PASSWORD)
         at(page, "/campaigns/spring")
         page.evaluate(
             "document.querySelectorAll('.notes details').forEach(e => { e.open = true; })"
@@ -117,6 +109,6 @@ def test_a_note_is_written_and_found_with_the_slash_key(browser: Any, lab: Lab) 
 
 def test_a_role_that_is_missing_is_told_beside_the_form(browser: Any, lab: Lab) -> None:
     with page_of(browser, lab) as page:
-        sign_in(page, lab, "olaf")
+        sign_in(page, lab, "olaf", PASSWORD)
         page.goto(lab.origin + "/users")
         assert "needs the role administrator" in page.inner_text("main")

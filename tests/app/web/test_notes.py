@@ -10,49 +10,22 @@ from typing import Any
 
 import pyroshock as ps
 import pytest
-from pyroshock.app.operations.people.stored_users import add_user
-from pyroshock.app.operations.plan.planning import make_plan
-from pyroshock.app.server.application import application
-from pyroshock.app.web.settings import Settings
 from pyroshock.schema.notes import Note
-from pyroshock.schema.session import Store
 from sqlalchemy import func, select
 from starlette.testclient import TestClient
-from support.processes.web_client import post, post_json, sqlite, token_in
+from support.processes.web_client import post, post_json, sqlite
 from support.records.campaigns import hammer_campaign
-from support.stores.stores import ingested, opened, run_pyroshock
+from support.stores.stores import ingested, run_pyroshock
+from support.stores.team import Team, team_of
 
-PASSWORD = "four quiet grey herons"
 PEOPLE = {"rita": "reader", "olaf": "operator", "otto": "operator", "ada": "administrator"}
 EVIL = "<script>alert(1)</script> & 'x' =1+1\nline two"
 
 
-class Laboratory:
-    """A store with a campaign, a plan and people, and browsers of these people."""
-
-    def __init__(self, store: Store, db: str) -> None:
-        self.db, self.store = db, store
-        self.app = application(Settings(db, asks_people=True, works=False), store)
-
-    def browser(self, name: str) -> TestClient:
-        client = TestClient(self.app, base_url="http://127.0.0.1:8000", follow_redirects=False)
-        form = client.get("/sign-in", headers={"accept": "text/html"})
-        sent = {"csrf": token_in(form.text), "name": name, "password": PASSWORD}
-        assert client.post("/sign-in", data=sent).status_code == 303
-        return client
-
-
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
-    folder = tmp_path_factory.mktemp("notes")
-    db = sqlite(folder)
-    ingested(db, hammer_campaign(folder / "spring", recordings=2, hits=1, name="spring"))
-    with opened(db) as store:
-        make_plan(store, "factorial", "autumn", kind="hammer", repetitions=1)
-        with store.writing() as session:
-            for name, role in PEOPLE.items():
-                add_user(session, name, role, PASSWORD)
-        yield Laboratory(store, db)
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Team]:
+    with team_of(tmp_path_factory.mktemp("notes"), PEOPLE) as team:
+        yield team
 
 
 def write(client: TestClient, about: str, subject: str, text: str) -> Any:
@@ -66,7 +39,7 @@ def write(client: TestClient, about: str, subject: str, text: str) -> Any:
     ("run", "autumn/3", "/plans/autumn/sheet?run=3", "autumn/3"),
 ])  # fmt: skip
 def test_a_note_stands_on_the_page_of_its_subject_with_author_and_time_as_text(
-    lab: Laboratory, about: str, subject: str, page: str, named: str
+    lab: Team, about: str, subject: str, page: str, named: str
 ) -> None:
     client = lab.browser("olaf")
     note = write(client, about, subject, f"{EVIL} {about}").json()
@@ -83,13 +56,13 @@ def test_a_note_stands_on_the_page_of_its_subject_with_author_and_time_as_text(
     ("run", "autumn/9999"), ("model", "gp@1"), ("impact", "1; drop table notes"),
 ])  # fmt: skip
 def test_a_note_on_nothing_is_refused_with_what_there_is(
-    lab: Laboratory, about: str, subject: str
+    lab: Team, about: str, subject: str
 ) -> None:
     answer = write(lab.browser("olaf"), about, subject, "x")
     assert answer.status_code == 404 and f"no {about} '{subject}'" in answer.json()["detail"]
 
 
-def test_an_edit_keeps_the_earlier_text_and_a_withdrawal_the_note(lab: Laboratory) -> None:
+def test_an_edit_keeps_the_earlier_text_and_a_withdrawal_the_note(lab: Team) -> None:
     client = lab.browser("olaf")
     key = write(client, "campaign", "spring", "the first text").json()["note"]
     changed = post_json(client, f"/api/notes/{key}", {"text": "the second text"}).json()
@@ -105,7 +78,7 @@ def test_an_edit_keeps_the_earlier_text_and_a_withdrawal_the_note(lab: Laborator
         assert list(rows) == ["the first text", "the second text", None]
 
 
-def test_a_note_of_another_is_neither_changed_nor_withdrawn(lab: Laboratory) -> None:
+def test_a_note_of_another_is_neither_changed_nor_withdrawn(lab: Team) -> None:
     key = write(lab.browser("olaf"), "campaign", "spring", "mine").json()["note"]
     other_browser = lab.browser("otto")
     for address, body in (
@@ -121,7 +94,7 @@ def test_a_note_of_another_is_neither_changed_nor_withdrawn(lab: Laboratory) -> 
     assert withdrawal.status_code == 200 and withdrawal.json()["author"] == "ada"
 
 
-def test_a_reader_writes_nothing(lab: Laboratory) -> None:
+def test_a_reader_writes_nothing(lab: Team) -> None:
     client = lab.browser("rita")
     with lab.store.reading() as session:
         count_before = session.scalar(select(func.count()).select_from(Note))
@@ -134,7 +107,7 @@ def test_a_reader_writes_nothing(lab: Laboratory) -> None:
         assert session.scalar(select(func.count()).select_from(Note)) == count_before
 
 
-def test_a_tag_filters_impacts_at_every_door(lab: Laboratory) -> None:
+def test_a_tag_filters_impacts_at_every_door(lab: Team) -> None:
     client = lab.browser("olaf")
     body = {"about": "impact", "subject": "2", "tag": "Doubtful"}
     assert post_json(client, "/api/tags", body).json()["tags"] == ["doubtful"]
@@ -152,7 +125,7 @@ def test_a_tag_filters_impacts_at_every_door(lab: Laboratory) -> None:
     assert client.get("/api/impacts", params={"where": "tag=doubtful"}).json() == []
 
 
-def test_a_tag_filters_campaigns_at_every_door(lab: Laboratory) -> None:
+def test_a_tag_filters_campaigns_at_every_door(lab: Team) -> None:
     client = lab.browser("olaf")
     page = client.get("/campaigns").text
     assert 'href="/campaigns/spring"' in page and 'name="tag"' not in page
@@ -176,13 +149,13 @@ def test_a_tag_filters_campaigns_at_every_door(lab: Laboratory) -> None:
 
 
 @pytest.mark.parametrize("word", ["two words", "", "a" * 41, "<b>", "-x", "a/b", "x'--"])
-def test_a_tag_is_one_word(lab: Laboratory, word: str) -> None:
+def test_a_tag_is_one_word(lab: Team, word: str) -> None:
     body = {"about": "campaign", "subject": "spring", "tag": word}
     assert post_json(lab.browser("olaf"), "/api/tags", body).status_code == 422
 
 
 def test_a_saved_filter_is_an_address_of_this_server_and_its_authors_to_delete(
-    lab: Laboratory,
+    lab: Team,
 ) -> None:
     client, other_browser = lab.browser("olaf"), lab.browser("otto")
     body = {"name": "hard", "address": "http://lab:8000/impacts?where=peak_force_n%3E1"}

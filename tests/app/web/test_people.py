@@ -376,8 +376,12 @@ def test_a_write_without_the_token_of_its_session_is_refused_for_an_administrato
 
 def forms(page: str) -> dict[str, tuple[bool, str]]:
     """Id of each form that is sent -> whether it can be sent, and its content."""
-    found = re.findall(r'<form method="post"[^>]*?id="([^"]+)"[^>]*>(.*?)</form>', page, re.DOTALL)
-    return {name: ("<fieldset disabled" not in content, content) for name, content in found}
+    contents_by_id = re.findall(
+        r'<form method="post"[^>]*?id="([^"]+)"[^>]*>(.*?)</form>', page, re.DOTALL
+    )
+    return {
+        name: ("<fieldset disabled" not in content, content) for name, content in contents_by_id
+    }
 
 
 def test_a_page_that_is_kept_is_made_for_each_role(lab: Laboratory) -> None:
@@ -441,14 +445,14 @@ def test_no_page_links_to_one_that_the_role_may_not_see(lab: Laboratory) -> None
 
 def test_a_reader_predicts_and_nothing_is_written(lab: Laboratory) -> None:
     client = lab.browser(RITA)
-    before = count_rows(lab.store)
+    rows_before = count_rows(lab.store)
     assert client.get("/twin", headers=HTML).status_code == 200
     shot = {"impact_velocity_m_s": "8"}
     assert client.get("/api/predict", params=shot).status_code == 200
     assert post(client, "/api/predict", shot).status_code == 200
     assert client.get("/twin/answer", params=shot).status_code == 200
     assert client.get("/api/twin").status_code == 200
-    assert count_rows(lab.store) == before
+    assert count_rows(lab.store) == rows_before
 
 
 def test_a_removed_user_is_out_at_once_with_sessions_and_tokens(lab: Laboratory) -> None:

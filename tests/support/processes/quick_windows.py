@@ -73,8 +73,8 @@ def cheap_hashes() -> Iterator[Callable[[], Any]]:
     from argon2 import PasswordHasher
     from pyroshock.app.operations.people import passwords
 
-    really = passwords._hasher
+    real_hasher = passwords._hasher
     cheap = PasswordHasher(time_cost=1, memory_cost=64, parallelism=1)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(passwords, "_hasher", lambda: cheap)
-        yield really
+        yield real_hasher

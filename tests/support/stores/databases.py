@@ -170,7 +170,7 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
     from pyroshock.schema import session
     from sqlalchemy import Pool, event
 
-    really = session._check_revision
+    real_check = session._check_revision
     made: list[Path] = []
 
     def check(engine: Any, url: str, create: bool) -> bool:
@@ -187,12 +187,12 @@ def quick_stores(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
                 make_tables(f"sqlite:///{file}")
                 made.append(file)
             is_new = _copy_unless_there(made[0], Path(place))
-        return bool(really(engine, url, create)) or is_new
+        return bool(real_check(engine, url, create)) or is_new
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(session, "_check_revision", check)
         event.listen(Pool, "checkout", _forget_the_disk)
-        yield really
+        yield real_check
         event.remove(Pool, "checkout", _forget_the_disk)
 
 
