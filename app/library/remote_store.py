@@ -78,8 +78,8 @@ class RemoteStore(ExperimentStore):
     # --- what is read as a whole
 
     def _campaign_rows(self, tag: str | None) -> Sequence[Mapping[str, Any]]:
-        asked = {} if tag is None else {"tag": tag}
-        return _rows(self._connection.read("/api/library/campaigns", asked).rows)
+        parameters = {} if tag is None else {"tag": tag}
+        return _rows(self._connection.read("/api/library/campaigns", parameters).rows)
 
     def _impacts(
         self, selection: SelectedRows, limit: int | None, named: Sequence[str]
