@@ -149,3 +149,20 @@ def test_numbers_of_a_search_stand_in_its_tables(browser, lab):
         page.click("#job-result")
         wait_drawn(page)
         assert unfounded(page, "#attainability, #verdict, #reasons li, #next li") == {}
+
+
+@pytest.mark.parametrize(("address", "sentences"), [
+    ("/", "#attention li"),
+    ("/campaigns/rehearsal", "#counts, #quality-words"),
+    ("/campaigns/first-shots", "#counts"),
+    ("/plans/rehearsal", "#verdict strong, #counts"),
+    ("/datasets/guns", "#sentence"),
+    ("/explore?colour=tip_material", "#sentences li"),
+    ("/explore?kind=control&y=peak_force_n", "#sentences li"),
+    ("/explore?kind=levels&x=tip_radius_m&y=peak_force_n", "#sentences li"),
+    ("/explore?kind=distribution&x=peak_force_n", "#sentences li"),
+])  # fmt: skip
+def test_numbers_of_a_page_of_the_store_stand_in_its_tables(browser, lab, address, sentences):
+    with page_of(browser, lab) as page:
+        at(page, address)
+        assert unfounded(page, sentences) == {}
